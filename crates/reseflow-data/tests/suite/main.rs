@@ -1,0 +1,8 @@
+//! The crate's integration tests: files, windows, rollouts and logs, through the public interface only.
+
+#[cfg(test)]
+mod broken_files;
+#[cfg(test)]
+mod dataset_files;
+#[cfg(test)]
+mod samples;

@@ -1,6 +1,6 @@
 //! Two vectors to a rotation (Zhou et al. 2019, "On the continuity of rotation representations in neural networks").
 
-use burn::tensor::Tensor;
+use burn::tensor::{Tensor, s};
 
 use crate::constant::constant;
 use crate::series::squared_norm;
@@ -22,21 +22,26 @@ pub fn gram_schmidt(first: Tensor<2>, second: Tensor<2>) -> Tensor<3> {
     let axis_x = constant(&[1.0, 0.0, 0.0], [1, 3], &first).expand([n, 3]);
     let axis_y = constant(&[0.0, 1.0, 0.0], [1, 3], &first).expand([n, 3]);
 
-    let no_first = squared_norm(first.clone().detach()).lower_elem(SHORTEST * SHORTEST);
-    let column_x = normalize(first.mask_where(no_first.expand([n, 3]), axis_x.clone()));
+    let no_first = squared_norm(first.clone().detach()).lower_elem(SHORTEST * SHORTEST).expand([n, 3]);
+    let column_x = normalize(first.mask_where(no_first, axis_x.clone()));
 
-    let along = column_x.clone().detach();
-    let across = squared_norm(along.clone().cross(second.clone().detach(), 1));
-    let shortest = (squared_norm(second.clone().detach()) + 1.0) * (SHORTEST * SHORTEST);
-    let no_second = across.lower(shortest).expand([n, 3]);
-    let near_x = along.slice([0..n, 0..1]).abs().greater_elem(0.8).expand([n, 3]);
+    let across = reject(second.clone(), column_x.clone());
+    let shortest = (squared_norm(second.detach()) + 1.0) * (SHORTEST * SHORTEST);
+    let no_second = squared_norm(across.clone().detach()).lower(shortest).expand([n, 3]);
+    let near_x = column_x.clone().detach().slice(s![.., 0..1]).abs().greater_elem(0.8).expand([n, 3]);
     let stand_in = axis_x.mask_where(near_x, axis_y);
-
-    let column_z = normalize(column_x.clone().cross(second.mask_where(no_second, stand_in), 1));
-    let column_y = column_z.clone().cross(column_x.clone(), 1);
+    // Projected twice: one projection of a vector nearly along x leaves rounding along x that normalising would raise.
+    let column_y = normalize(reject(across.mask_where(no_second, stand_in), column_x.clone()));
+    let column_z = column_x.clone().cross(column_y.clone(), 1);
     Tensor::stack(vec![column_x, column_y, column_z], 2)
 }
 
 fn normalize(x: Tensor<2>) -> Tensor<2> {
     x.clone() / squared_norm(x).sqrt()
+}
+
+/// The part of `x` orthogonal to the unit vector `direction`.
+fn reject(x: Tensor<2>, direction: Tensor<2>) -> Tensor<2> {
+    let along = x.clone().mul(direction.clone()).sum_dim(1);
+    x - direction * along
 }

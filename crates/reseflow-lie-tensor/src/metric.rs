@@ -7,7 +7,7 @@ use crate::se3::SE3Tensor;
 use crate::series::{safe_sqrt, squared_norm};
 use crate::so3;
 
-/// The angle of RₐᵀR_b in \[0, π\], with gradient 0 where the rotations agree.
+/// The angle of RₐᵀR_b in \[0, π\] (up to rounding), with gradient 0 where the rotations agree.
 ///
 /// 2 atan2(‖v‖, w) of the relative quaternion: accurate at every angle, where `acos` of the trace is not.
 ///
@@ -35,7 +35,7 @@ pub fn chordal_distance_squared(a: Tensor<3>, b: Tensor<3>) -> Tensor<1> {
 #[derive(Debug, Clone)]
 pub struct GeodesicDistance {
     /// √(rotation_rad² + translation_m²), radians and metres mixed as the ReSeFlow paper has it.
-    pub total: Tensor<1>,
+    pub d_geo: Tensor<1>,
     /// The angle between the rotations, rad.
     pub rotation_rad: Tensor<1>,
     /// The distance between the positions, metres.
@@ -50,6 +50,6 @@ pub fn geodesic_distance(x: &SE3Tensor, y: &SE3Tensor) -> GeodesicDistance {
     let rotation_rad = rotation_angle(x.rotation.clone(), y.rotation.clone());
     let translation_squared: Tensor<1> =
         squared_norm(y.translation.clone() - x.translation.clone()).squeeze_dim(1);
-    let total = safe_sqrt(rotation_rad.clone() * rotation_rad.clone() + translation_squared.clone());
-    GeodesicDistance { total, rotation_rad, translation_m: safe_sqrt(translation_squared) }
+    let d_geo = safe_sqrt(rotation_rad.clone() * rotation_rad.clone() + translation_squared.clone());
+    GeodesicDistance { d_geo, rotation_rad, translation_m: safe_sqrt(translation_squared) }
 }

@@ -37,11 +37,11 @@ pub fn exp(omega: Tensor<2>) -> Tensor<3> {
     quaternion::to_matrix(Tensor::cat(vec![vector, half.cos], 1))
 }
 
-/// Log: the rotation vector of norm at most π (eq. 133), through the quaternion and `atan2`.
+/// Log: the rotation vector of norm at most π (up to rounding; eq. 133), through the quaternion and `atan2`.
 ///
-/// At a half-turn ±ω are equally good; the one whose component of largest magnitude is positive is taken (see
-/// [`quaternion::from_matrix`]), and the gradient is that of this branch. For a relative rotation RₐᵀR_b that choice
-/// is made in body coordinates, so it does not depend on the world frame.
+/// At a half-turn ±ω are equally good; the one whose first non-zero component, in the order x, y, z, is positive is
+/// taken (see [`quaternion::from_matrix`]), and the gradient is that of this branch. For a relative rotation RₐᵀR_b
+/// the choice is made in body coordinates, so it does not depend on the world frame.
 ///
 /// # Shapes
 /// - `rotation`: `[N, 3, 3]`

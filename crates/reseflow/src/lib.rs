@@ -1,0 +1,7 @@
+//! Simulate, train, evaluate and look at SE(3)-equivariant rectified-flow policies: the parts that the `reseflow` command is made of.
+
+pub mod config;
+pub mod error;
+pub mod metrics;
+pub mod output;
+pub mod plot;

@@ -1,0 +1,2 @@
+//! The `reseflow` command.
+fn main() {}

@@ -1,0 +1,76 @@
+//! The only place that prints: results on standard output, progress on standard error.
+
+mod files;
+mod progress;
+mod table;
+
+pub use files::{OutputFile, OutputFolder, write_json};
+pub use progress::Progress;
+pub use table::Table;
+
+use std::io::IsTerminal;
+
+use anyhow::Context;
+use serde::Serialize;
+
+/// Where a command's words go.
+#[derive(Debug, Clone, Copy)]
+pub struct Terminal {
+    json: bool,
+    interactive: bool,
+}
+
+impl Terminal {
+    /// A terminal that prints JSON (`json`) or text, with moving progress bars where standard error is a terminal.
+    pub fn new(json: bool) -> Self {
+        Self { json, interactive: std::io::stderr().is_terminal() }
+    }
+
+    /// Whether results are printed for machines.
+    pub fn is_json(&self) -> bool {
+        self.json
+    }
+
+    /// Prints a line of a result; silent where JSON was asked for.
+    #[expect(clippy::print_stdout, reason = "this is the output module")]
+    pub fn say(&self, line: impl std::fmt::Display) {
+        if !self.json {
+            println!("{line}");
+        }
+    }
+
+    /// Prints a remark on what is being done, on standard error.
+    #[expect(clippy::print_stderr, reason = "this is the output module")]
+    pub fn note(&self, line: impl std::fmt::Display) {
+        eprintln!("{line}");
+    }
+
+    /// Prints `result` as JSON on standard output; silent where text was asked for.
+    ///
+    /// # Errors
+    /// When the result cannot be serialised.
+    #[expect(clippy::print_stdout, reason = "this is the output module")]
+    pub fn machine(&self, result: &impl Serialize) -> anyhow::Result<()> {
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(result).context("serialising the result")?);
+        }
+        Ok(())
+    }
+
+    /// A progress display for `total` things.
+    pub fn progress(&self, label: &str, total: u64) -> Progress {
+        Progress::start(label, total, self.interactive)
+    }
+}
+
+/// Prints the one sentence that a failed command ends with.
+#[expect(clippy::print_stderr, reason = "this is the output module")]
+pub fn print_error(sentence: &str) {
+    eprintln!("error: {sentence}");
+}
+
+/// Prints help or the version.
+#[expect(clippy::print_stdout, reason = "this is the output module")]
+pub fn print_help(text: &str) {
+    print!("{text}");
+}

@@ -1,0 +1,38 @@
+//! Pictures: curves as PNG, with a font of our own, so that they look the same on a machine without fonts.
+
+mod curves;
+mod font;
+mod line_plot;
+mod strip;
+
+pub use curves::{PredictorCurve, d_geo_against_steps, per_action_error, training_curve};
+pub use line_plot::{LinePlot, Scale, Series};
+pub use strip::{Strip, StripRow};
+
+use image::RgbImage;
+
+/// An error of the drawing library or of the PNG encoder: never the user's fault.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot draw {picture}: {reason}")]
+pub struct PlotError {
+    /// The picture.
+    pub picture: String,
+    /// What the library said.
+    pub reason: String,
+}
+
+impl PlotError {
+    fn new(picture: &str, reason: impl std::fmt::Debug) -> Self {
+        Self { picture: picture.to_owned(), reason: format!("{reason:?}") }
+    }
+}
+
+/// Encodes `image` as PNG.
+///
+/// # Errors
+/// When the encoder fails.
+pub fn encode_png(image: &RgbImage, picture: &str) -> Result<Vec<u8>, PlotError> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut bytes, image::ImageFormat::Png).map_err(|reason| PlotError::new(picture, reason))?;
+    Ok(bytes.into_inner())
+}

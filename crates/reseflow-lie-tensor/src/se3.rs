@@ -53,24 +53,25 @@ impl SE3Tensor {
     /// X Y: `a_from_b.compose(&b_from_c)` is `a_from_c`.
     pub fn compose(&self, other: &Self) -> Self {
         Self {
-            rotation: self.rotation.clone().matmul(other.rotation.clone()),
+            rotation: so3::compose(self.rotation.clone(), other.rotation.clone()),
             translation: self.act(other.translation.clone()),
         }
     }
 
     /// X⁻¹ = (Rᵀ, −Rᵀ p).
     pub fn inverse(&self) -> Self {
-        let rotation = so3::inverse(self.rotation.clone());
-        let translation = -so3::act(rotation.clone(), self.translation.clone());
-        Self { rotation, translation }
+        Self {
+            rotation: so3::inverse(self.rotation.clone()),
+            translation: -so3::act_inverse(self.rotation.clone(), self.translation.clone()),
+        }
     }
 
     /// X⁻¹ Y: `end` seen from `self`.
     pub fn between(&self, end: &Self) -> Self {
-        let inverse = so3::inverse(self.rotation.clone());
+        let displacement = end.translation.clone() - self.translation.clone();
         Self {
-            rotation: inverse.clone().matmul(end.rotation.clone()),
-            translation: so3::act(inverse, end.translation.clone() - self.translation.clone()),
+            rotation: so3::between(self.rotation.clone(), end.rotation.clone()),
+            translation: so3::act_inverse(self.rotation.clone(), displacement),
         }
     }
 
@@ -108,7 +109,7 @@ impl SE3Tensor {
     /// # Shapes
     /// - output: `[N, 6, 6]`
     pub fn adjoint(&self) -> Tensor<3> {
-        let coupling = so3::hat(self.translation.clone()).matmul(self.rotation.clone());
+        let coupling = so3::compose(so3::hat(self.translation.clone()), self.rotation.clone());
         let top = Tensor::cat(vec![self.rotation.clone(), self.rotation.zeros_like()], 2);
         let bottom = Tensor::cat(vec![coupling, self.rotation.clone()], 2);
         Tensor::cat(vec![top, bottom], 1)

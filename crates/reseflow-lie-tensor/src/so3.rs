@@ -50,15 +50,27 @@ pub fn log(rotation: Tensor<3>) -> Tensor<2> {
     quaternion::to_rotation_vector(quaternion::from_matrix(rotation))
 }
 
-/// R x.
+/// Rₐ R_b: `a_from_b` and `b_from_c` give `a_from_c`.
+///
+/// Here as everywhere below, 3 × 3 products are one broadcast product and one sum: a batched matrix product costs a
+/// kernel launch for each of its N small matrices, several times as much.
 ///
 /// # Shapes
-/// - `rotation`: `[N, 3, 3]`
-/// - `vector`: `[N, 3]`
-/// - output: `[N, 3]`
-pub fn act(rotation: Tensor<3>, vector: Tensor<2>) -> Tensor<2> {
-    let [n, _] = vector.dims();
-    rotation.matmul(vector.reshape([n, 3, 1])).reshape([n, 3])
+/// - `a`, `b`: `[N, 3, 3]`
+/// - output: `[N, 3, 3]`
+pub fn compose(a: Tensor<3>, b: Tensor<3>) -> Tensor<3> {
+    let [n, _, _] = a.dims();
+    a.reshape([n, 3, 3, 1]).mul(b.reshape([n, 1, 3, 3])).sum_dim(2).reshape([n, 3, 3])
+}
+
+/// R_b seen from R_a: RₐᵀR_b.
+///
+/// # Shapes
+/// - `start`, `end`: `[N, 3, 3]`
+/// - output: `[N, 3, 3]`
+pub fn between(start: Tensor<3>, end: Tensor<3>) -> Tensor<3> {
+    let [n, _, _] = start.dims();
+    start.reshape([n, 3, 3, 1]).mul(end.reshape([n, 3, 1, 3])).sum_dim(1).reshape([n, 3, 3])
 }
 
 /// R⁻¹ = Rᵀ.
@@ -70,13 +82,26 @@ pub fn inverse(rotation: Tensor<3>) -> Tensor<3> {
     rotation.swap_dims(1, 2)
 }
 
-/// R_b seen from R_a: RₐᵀR_b.
+/// R x.
 ///
 /// # Shapes
-/// - `start`, `end`: `[N, 3, 3]`
-/// - output: `[N, 3, 3]`
-pub fn between(start: Tensor<3>, end: Tensor<3>) -> Tensor<3> {
-    inverse(start).matmul(end)
+/// - `rotation`: `[N, 3, 3]`
+/// - `vector`: `[N, 3]`
+/// - output: `[N, 3]`
+pub fn act(rotation: Tensor<3>, vector: Tensor<2>) -> Tensor<2> {
+    let [n, _] = vector.dims();
+    rotation.mul(vector.reshape([n, 1, 3])).sum_dim(2).reshape([n, 3])
+}
+
+/// R⁻¹ x = Rᵀ x.
+///
+/// # Shapes
+/// - `rotation`: `[N, 3, 3]`
+/// - `vector`: `[N, 3]`
+/// - output: `[N, 3]`
+pub fn act_inverse(rotation: Tensor<3>, vector: Tensor<2>) -> Tensor<2> {
+    let [n, _] = vector.dims();
+    rotation.mul(vector.reshape([n, 3, 1])).sum_dim(1).reshape([n, 3])
 }
 
 /// The left Jacobian J_l(ω), with Exp(ω + δ) ≈ Exp(J_l(ω) δ) Exp(ω) (eq. 145).

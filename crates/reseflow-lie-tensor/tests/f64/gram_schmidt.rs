@@ -5,9 +5,7 @@ use reseflow_lie::{Matrix3, SO3, Vector3};
 use reseflow_lie_tensor::{gram_schmidt, rotation_angle};
 
 use crate::benches;
-use crate::support::{
-    Bench, assert_close, direction, flat_rotations, read_rotations, rng, row_major, values,
-};
+use crate::support::{Bench, assert_close, direction, flat_rotations, rng, row_major, values};
 
 /// Pairs of vectors down to an angle of 1e-4 between them, of very different lengths.
 fn pairs() -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
@@ -87,6 +85,15 @@ fn degenerate_inputs_give_rotations_and_finite_gradients() {
             assert!(largest < 1e7, "the gradient reaches {largest:e}");
         }
     }
+}
+
+/// The rotations nearest to these matrices.
+fn read_rotations(flat: &[f64]) -> Vec<SO3> {
+    flat.chunks_exact(9)
+        .map(|entries| {
+            SO3::from_matrix(&Matrix3::from_row_slice(entries)).expect("a rotation up to rounding")
+        })
+        .collect()
 }
 
 fn assert_orthonormal(flat: &[f64], tolerance: f64) {

@@ -69,7 +69,7 @@ fn gram_schmidt_of_generic_vectors() {
     let mut rows: Vec<Vec<f64>> = vec![];
     while rows.len() < 40 {
         let (first, second) = (direction(&mut rng) * 1.4, direction(&mut rng) * 0.8);
-        if first.cross(&second).norm() > 0.3 {
+        if first.cross(&second).norm() > 0.6 {
             rows.push(first.iter().chain(second.iter()).copied().collect());
         }
     }

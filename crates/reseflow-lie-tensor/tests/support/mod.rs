@@ -6,11 +6,11 @@
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use reseflow_lie::{Matrix3, Matrix4, SE3, SO3, Vector3};
+use reseflow_lie::{Matrix3, SE3, SO3, Vector3};
 use std::f64::consts::PI;
 
 /// The CPU devices, by name.
-pub fn devices() -> [(&'static str, Device); 2] {
+pub(crate) fn devices() -> [(&'static str, Device); 2] {
     [("flex", Device::flex()), ("ndarray", ndarray())]
 }
 
@@ -21,25 +21,25 @@ fn ndarray() -> Device {
 
 /// Where and in which float type tensors are made.
 #[derive(Clone)]
-pub struct Bench {
-    pub device: Device,
-    pub dtype: DType,
+pub(crate) struct Bench {
+    pub(crate) device: Device,
+    pub(crate) dtype: DType,
 }
 
 impl Bench {
-    pub fn tensor<const D: usize>(&self, values: &[f64], shape: [usize; D]) -> Tensor<D> {
+    pub(crate) fn tensor<const D: usize>(&self, values: &[f64], shape: [usize; D]) -> Tensor<D> {
         Tensor::from_data(TensorData::new(values.to_vec(), shape), (&self.device, self.dtype))
     }
 
-    pub fn vectors(&self, vectors: &[Vector3<f64>]) -> Tensor<2> {
+    pub(crate) fn vectors(&self, vectors: &[Vector3<f64>]) -> Tensor<2> {
         self.tensor(&flat_vectors(vectors), [vectors.len(), 3])
     }
 
-    pub fn rotations(&self, rotations: &[SO3]) -> Tensor<3> {
+    pub(crate) fn rotations(&self, rotations: &[SO3]) -> Tensor<3> {
         self.tensor(&flat_rotations(rotations), [rotations.len(), 3, 3])
     }
 
-    pub fn poses(&self, poses: &[SE3]) -> reseflow_lie_tensor::SE3Tensor {
+    pub(crate) fn poses(&self, poses: &[SE3]) -> reseflow_lie_tensor::SE3Tensor {
         let rotations: Vec<_> = poses.iter().map(|pose| pose.rotation).collect();
         let translations: Vec<_> = poses.iter().map(|pose| pose.translation).collect();
         reseflow_lie_tensor::SE3Tensor {
@@ -50,31 +50,31 @@ impl Bench {
 }
 
 /// The tensor's values in row-major order.
-pub fn values<const D: usize>(tensor: &Tensor<D>) -> Vec<f64> {
+pub(crate) fn values<const D: usize>(tensor: &Tensor<D>) -> Vec<f64> {
     tensor.clone().cast(DType::F64).try_into_vec_as::<f64>().expect("a float tensor can be read")
 }
 
-pub fn row_major<const R: usize, const C: usize>(
+pub(crate) fn row_major<const R: usize, const C: usize>(
     matrix: &reseflow_lie::nalgebra::SMatrix<f64, R, C>,
 ) -> Vec<f64> {
     matrix.transpose().iter().copied().collect()
 }
 
-pub fn flat_vectors(vectors: &[Vector3<f64>]) -> Vec<f64> {
+pub(crate) fn flat_vectors(vectors: &[Vector3<f64>]) -> Vec<f64> {
     vectors.iter().flat_map(|vector| vector.iter().copied()).collect()
 }
 
-pub fn flat_rotations(rotations: &[SO3]) -> Vec<f64> {
+pub(crate) fn flat_rotations(rotations: &[SO3]) -> Vec<f64> {
     rotations.iter().flat_map(|rotation| row_major::<3, 3>(&rotation.matrix())).collect()
 }
 
-pub fn flat_poses(poses: &[SE3]) -> Vec<f64> {
+pub(crate) fn flat_poses(poses: &[SE3]) -> Vec<f64> {
     poses.iter().flat_map(|pose| row_major::<4, 4>(&pose.matrix())).collect()
 }
 
 /// The largest |actual − expected|, at most `tolerance`; a NaN counts as infinite.
 #[track_caller]
-pub fn assert_close(what: &str, actual: &[f64], expected: &[f64], tolerance: f64) {
+pub(crate) fn assert_close(what: &str, actual: &[f64], expected: &[f64], tolerance: f64) {
     assert_eq!(actual.len(), expected.len(), "{what}: lengths differ");
     let error = actual
         .iter()
@@ -85,18 +85,18 @@ pub fn assert_close(what: &str, actual: &[f64], expected: &[f64], tolerance: f64
     assert!(error <= tolerance, "{what}: off by {error:e}, allowed {tolerance:e}");
 }
 
-pub fn rng(stream: u64) -> ChaCha8Rng {
+pub(crate) fn rng(stream: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(stream)
 }
 
 /// A direction drawn uniformly.
-pub fn direction(rng: &mut ChaCha8Rng) -> Vector3<f64> {
+pub(crate) fn direction(rng: &mut ChaCha8Rng) -> Vector3<f64> {
     SO3::sample_haar(rng).act(&Vector3::z())
 }
 
 /// Rotation vectors: uniform, near the identity, near a half-turn, and exactly at both, with every branch of the
 /// quaternion among them. `gap` is the smallest distance from π that is not π itself.
-pub fn rotation_vectors(gap: f64) -> Vec<Vector3<f64>> {
+pub(crate) fn rotation_vectors(gap: f64) -> Vec<Vector3<f64>> {
     let mut rng = rng(1);
     let angles = [0.0, 1e-12, 1e-8, 1e-7, 1e-4, 0.0499, 0.0501, 0.3, 1.5, 3.0, PI - 1e-3, PI - gap, PI];
     let mut vectors = vec![];
@@ -114,32 +114,16 @@ pub fn rotation_vectors(gap: f64) -> Vec<Vector3<f64>> {
 }
 
 /// Poses with those rotations and translations of about a metre.
-pub fn poses(gap: f64) -> Vec<SE3> {
+pub(crate) fn poses(gap: f64) -> Vec<SE3> {
     let mut rng = rng(2);
     rotation_vectors(gap).iter().map(|omega| SE3::new(SO3::exp(omega), direction(&mut rng) * 1.3)).collect()
-}
-
-/// The rotations nearest to these matrices.
-pub fn read_rotations(flat: &[f64]) -> Vec<SO3> {
-    flat.chunks_exact(9)
-        .map(|entries| {
-            SO3::from_matrix(&Matrix3::from_row_slice(entries)).expect("a rotation up to rounding")
-        })
-        .collect()
-}
-
-/// The poses nearest to these matrices.
-pub fn read_poses(flat: &[f64]) -> Vec<SE3> {
-    flat.chunks_exact(16)
-        .map(|entries| SE3::from_matrix(&Matrix4::from_row_slice(entries)).expect("a pose up to rounding"))
-        .collect()
 }
 
 /// Every map of the crate against `reseflow-lie`, element by element.
 ///
 /// `exact` are the poses that the tensors hold up to rounding; `gap` keeps f32 away from the cut, where one rounding
 /// decides the branch, except at π itself, where the branch is documented.
-pub fn assert_maps_agree(name: &str, bench: &Bench, gap: f64, tolerance: f64) {
+pub(crate) fn assert_maps_agree(name: &str, bench: &Bench, gap: f64, tolerance: f64) {
     use reseflow_lie::{BodyTwist, geodesic_distance};
     use reseflow_lie_tensor::geodesic::Geodesic;
     use reseflow_lie_tensor::{SE3Tensor, quaternion, so3};

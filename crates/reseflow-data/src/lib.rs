@@ -10,6 +10,7 @@ mod dataset;
 mod episode;
 mod episode_key;
 mod error;
+mod mcap_log;
 mod npz;
 mod observation;
 mod policy;
@@ -26,6 +27,7 @@ pub use dataset::{DATASET_VERSION, Dataset, DatasetFile, DatasetMeta, DatasetSum
 pub use episode::Episode;
 pub use episode_key::{EpisodeKey, Split};
 pub use error::DataError;
+pub use mcap_log::{McapLog, McapSummary, TopicSummary};
 pub use observation::{Observation, ObservationHistory};
 pub use policy::{Plan, Policy, PolicyError};
 pub use predictions::Predictions;

@@ -121,7 +121,12 @@ fn follow(
         return Err(Halt::NonFiniteAction);
     }
     for tick in 1..=spec.ticks_per_action {
-        let command = start.interpolate(target, tick as f64 / spec.ticks_per_action as f64);
+        // The last command is the recorded action to the last bit.
+        let command = if tick == spec.ticks_per_action {
+            *target
+        } else {
+            start.interpolate(target, tick as f64 / spec.ticks_per_action as f64)
+        };
         let report = scene.tick(&command)?;
         observer.on_tick(&report, scene);
     }

@@ -5,4 +5,12 @@ mod broken_files;
 #[cfg(test)]
 mod dataset_files;
 #[cfg(test)]
+mod episodes;
+#[cfg(test)]
+mod mcap_logs;
+#[cfg(test)]
+mod point_scene;
+#[cfg(test)]
+mod rollouts;
+#[cfg(test)]
 mod samples;

@@ -75,3 +75,45 @@ pub(crate) fn inverse_jacobian_square(theta: f64) -> f64 {
         (1.0 - half * half.cos() / half.sin()) / (theta * theta)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Computed with 60 digits by `scripts/lie_golden.py`, on both sides of the switch at π.
+    #[test]
+    fn coefficients_agree_with_sixty_digit_arithmetic() {
+        let golden: serde_json::Value =
+            serde_json::from_str(include_str!("../tests/golden/lie.json")).unwrap();
+        let entries = golden["coefficients"].as_array().unwrap();
+        assert!(entries.len() >= 20);
+        let functions: [(&str, fn(f64) -> f64); 5] = [
+            ("one_minus_cos_over_square", one_minus_cos_over_square),
+            ("theta_minus_sin_over_cube", theta_minus_sin_over_cube),
+            ("second_order_coupling", second_order_coupling),
+            ("third_order_coupling", third_order_coupling),
+            ("inverse_jacobian_square", inverse_jacobian_square),
+        ];
+        for (name, function) in functions {
+            let worst = entries
+                .iter()
+                .map(|entry| {
+                    let want = entry[name].as_f64().unwrap();
+                    (function(entry["theta"].as_f64().unwrap()) - want).abs() / want.abs()
+                })
+                .fold(0.0, f64::max);
+            println!("{name}: largest relative error {worst:.1e}");
+            assert!(worst < 2e-15, "{name}: relative error {worst}");
+        }
+    }
+
+    #[test]
+    fn coefficients_at_zero_are_their_limits() {
+        assert_eq!(sinc(0.0), 1.0);
+        assert_eq!(one_minus_cos_over_square(0.0), 0.5);
+        assert_eq!(theta_minus_sin_over_cube(0.0), 1.0 / 6.0);
+        assert_eq!(second_order_coupling(0.0), 1.0 / 24.0);
+        assert_eq!(third_order_coupling(0.0), 1.0 / 120.0);
+        assert_eq!(inverse_jacobian_square(0.0), 1.0 / 12.0);
+    }
+}

@@ -30,9 +30,10 @@ const SMALL_SINE: f64 = 1e-9;
 /// ```
 /// use reseflow_lie::{Matrix3, SO3, Vector3};
 ///
-/// let omega = Vector3::new(0.3, -0.2, 0.5);
+/// let omega: Vector3<f64> = Vector3::new(0.3, -0.2, 0.5);
 /// let (theta, hat) = (omega.norm(), omega.cross_matrix());
-/// let rodrigues = Matrix3::identity() + hat * (theta.sin() / theta) + hat * hat * ((1.0 - theta.cos()) / theta.powi(2));
+/// let (first, second) = (theta.sin() / theta, (1.0 - theta.cos()) / theta.powi(2));
+/// let rodrigues = Matrix3::identity() + hat * first + hat * hat * second;
 /// assert!((SO3::exp(&omega).matrix() - rodrigues).norm() < 1e-15);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,8 @@ pub struct PolicyError {
 pub struct Plan {
     /// The next L actions.
     pub actions: ActionChunk,
-    /// One spread per action (node-wise consistency, see DESIGN "Readings"), where the policy has one.
+    /// One spread per action (node-wise consistency: the weighted rms distance of the nodes to their consensus), where the
+    /// policy has one.
     pub uncertainty: Option<Vec<f64>>,
 }
 

@@ -107,6 +107,8 @@ pub struct Outcome {
 /// One running episode.
 pub trait Scene {
     /// What the camera and the gripper's sensors say now.
+    ///
+    /// Observing changes nothing that a later tick or observation depends on, so that logs may observe as often as they like.
     fn observe(&mut self) -> Observation;
 
     /// Follows `command` for one control tick.

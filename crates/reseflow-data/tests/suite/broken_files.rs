@@ -5,6 +5,7 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use npyz::WriterBuilder;
+use proptest::prelude::*;
 use reseflow_data::{Dataset, Predictions};
 use reseflow_lie::Vector3;
 use tempfile::TempDir;
@@ -253,6 +254,22 @@ fn damage_is_noticed() {
     std::fs::write(&path, &bytes).unwrap();
     let fault = fault(&path);
     assert!(fault.starts_with("`points` is damaged (") && fault.contains("checksum"), "{fault}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+    #[test]
+    fn any_byte_may_be_wrong_without_a_panic(at: prop::sample::Index, byte: u8) {
+        let (_folder, path) = Members::valid().write();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let at = at.index(bytes.len());
+        bytes[at] = byte;
+        std::fs::write(&path, &bytes).unwrap();
+        match Dataset::read(&path) {
+            Ok(read) => prop_assert_eq!((read.len(), read.steps(), read.points()), (2, 3, 4)),
+            Err(fault) => prop_assert!(fault.to_string().contains("demo.npz: ")),
+        }
+    }
 }
 
 #[test]

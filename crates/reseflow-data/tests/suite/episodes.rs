@@ -61,7 +61,7 @@ proptest! {
             // Written out: the frame `back` steps ago, the first where there is none.
             for (place, frame) in lived.frames().enumerate() {
                 let back = horizon.max(1) - 1 - place;
-                prop_assert_eq!(frame, &episode.observations[if step >= back { step - back } else { 0 }]);
+                prop_assert_eq!(frame, &episode.observations[step.max(back) - back]);
             }
         }
     }

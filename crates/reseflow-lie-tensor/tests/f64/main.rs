@@ -1,5 +1,11 @@
 //! f64 oracles: values against `reseflow-lie`, gradients against finite differences and closed forms.
 
+#![expect(
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "clippy knows test functions, but not what they call"
+)]
+
 #[path = "../support/mod.rs"]
 mod support;
 

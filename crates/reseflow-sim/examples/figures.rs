@@ -1,0 +1,91 @@
+//! Measures what the simulator promises: success of expert, replay and standing still, contact depth, step halving.
+//!
+//! `cargo run -p reseflow-sim --example figures -- [EPISODES]`
+#![allow(clippy::print_stdout, reason = "an example that reports to the terminal")]
+
+use std::error::Error;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use reseflow_data::{EpisodeKey, EpisodeObserver, Outcome, Policy, RolloutConfig, Scene, Split, Task, Tick, rollout};
+use reseflow_sim::{GenerateRequest, Scripted, Still, TriangleTask, generate};
+
+/// Collects the depth of every contact, metres.
+#[derive(Default)]
+struct Depths(Vec<f64>);
+
+impl EpisodeObserver for Depths {
+    fn on_tick(&mut self, tick: &Tick, _scene: &mut dyn Scene) {
+        self.0.extend(tick.contacts.iter().map(|contact| contact.depth_m));
+    }
+}
+
+fn run(task: &dyn Task, key: &EpisodeKey, policy: Option<Box<dyn Policy>>) -> Result<(Outcome, Vec<f64>), String> {
+    let spec = task.spec();
+    let mut scene = task.reset(key).map_err(|fault| fault.to_string())?;
+    let mut policy = policy.unwrap_or_else(|| scene.expert());
+    let config =
+        RolloutConfig { observation_horizon: 1, n_action_steps: spec.action_steps, disturb_before: None, policy_seed: 0 };
+    let mut depths = Depths::default();
+    let record = rollout(scene.as_mut(), &spec, policy.as_mut(), &config, &mut depths)
+        .map_err(|fault| fault.to_string())?;
+    Ok((record.outcome, depths.0))
+}
+
+fn percentile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(((values.len() as f64 - 1.0) * share).round() as usize).copied().unwrap_or(0.0)
+}
+
+fn expert_success(task: &TriangleTask, split: Split, seed: u64, episodes: u64) -> Result<(), Box<dyn Error>> {
+    let started = Instant::now();
+    let results: Vec<(Outcome, Vec<f64>)> = (0..episodes)
+        .into_par_iter()
+        .map(|index| run(task, &EpisodeKey { task: "triangle".into(), split, seed, index, attempt: 0 }, None))
+        .collect::<Result<_, _>>()?;
+    let solved = results.iter().filter(|(outcome, _)| outcome.success).count();
+    let mut errors: Vec<f64> =
+        results.iter().map(|(o, _)| (o.measure - std::f64::consts::FRAC_PI_2).abs()).collect();
+    let mut depths: Vec<f64> = results.iter().flat_map(|(_, depths)| depths.iter().copied()).collect();
+    println!(
+        "expert on {split}, {} substeps: {solved}/{episodes}; |angle error| median {:.4} p99 {:.4} rad; \
+         depth median {:.3} p99 {:.3} max {:.3} mm; {:.1} s",
+        task.physics.substeps,
+        percentile(&mut errors, 0.5),
+        percentile(&mut errors, 0.99),
+        1e3 * percentile(&mut depths, 0.5),
+        1e3 * percentile(&mut depths, 0.99),
+        1e3 * percentile(&mut depths, 1.0),
+        started.elapsed().as_secs_f64()
+    );
+    for (index, (outcome, _)) in results.iter().enumerate().filter(|(_, (o, _))| !o.success).take(5) {
+        println!("  failed {index}: {outcome:?}");
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let episodes: u64 = std::env::args().nth(1).map_or(Ok(200), |text| text.parse())?;
+    let task = TriangleTask::default();
+    expert_success(&task, Split::Test, 1, episodes)?;
+    expert_success(&task, Split::Wide, 1, episodes)?;
+    let mut halved = task;
+    halved.physics.substeps *= 2;
+    expert_success(&halved, Split::Test, 1, episodes)?;
+
+    let started = Instant::now();
+    let made = generate(&task, &GenerateRequest::new(Split::Train, 7, 100), &|| ())?;
+    println!("generate: 100 episodes in {:.1} s, dropped {}", started.elapsed().as_secs_f64(), made.attempts_dropped);
+
+    let made = generate(&task, &GenerateRequest::new(Split::Train, 7, episodes as usize), &|| ())?;
+    let replay = |(episode, key): (&reseflow_data::Episode, &EpisodeKey)| {
+        run(&task, key, Some(Box::new(Scripted::new("replay", episode.actions.clone()))))
+    };
+    let replayed: Vec<_> = made.episodes.par_iter().zip(&made.keys).map(replay).collect::<Result<_, _>>()?;
+    println!("replay: {}/{episodes}", replayed.iter().filter(|(outcome, _)| outcome.success).count());
+
+    let still: Vec<_> =
+        made.keys.par_iter().take(100).map(|key| run(&task, key, Some(Box::new(Still)))).collect::<Result<_, _>>()?;
+    println!("standing still: {}/{}", still.iter().filter(|(outcome, _)| outcome.success).count(), still.len());
+    Ok(())
+}

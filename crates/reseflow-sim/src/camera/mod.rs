@@ -1,0 +1,240 @@
+//! A depth camera over the table: a pinhole model that casts rays, so hidden surfaces stay hidden.
+//!
+//! A frame is made in three steps: a depth image ([`depth`]), masks and noise (here), and the choice of N points by
+//! their visible colour ([`select`]). Colours are those of the surfaces without shading, with sensor noise: light is
+//! no part of the tasks.
+
+mod depth;
+mod select;
+
+use nalgebra::{Matrix3, Vector3};
+use rand::{Rng, RngExt};
+use rand_distr::{Distribution, StandardNormal};
+use reseflow_data::PointCloud;
+use reseflow_lie::{SE3, SO3};
+
+use crate::color::saturation_and_value;
+use crate::world::{Role, World};
+use depth::{Hit, depth_image};
+
+pub use select::Selection;
+
+/// Where colours count as salient: printed marks stand out, wood, metal and the table do not.
+const SALIENT_SATURATION: f64 = 0.55;
+const SALIENT_VALUE: f64 = 0.35;
+/// Colour noise of the sensor, levels of 255.
+const COLOR_NOISE: i16 = 2;
+
+/// Whether a colour stands out: well saturated and not dark.
+pub fn is_salient(rgb: [u8; 3]) -> bool {
+    let (saturation, value) = saturation_and_value(rgb);
+    saturation >= SALIENT_SATURATION && value >= SALIENT_VALUE
+}
+
+/// How frames are made from what the camera sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraSettings {
+    /// Standard deviation of the depth along each ray, metres.
+    pub depth_noise_m: f64,
+    /// The fraction of pixels that return no depth.
+    pub drop_fraction: f64,
+    /// Points below this height over the table are cropped, metres; `None` keeps the table.
+    pub crop_below_m: Option<f64>,
+    /// Whether the robot's own body is cut out (its pose is known). It hides what is behind it all the same.
+    pub mask_gripper: bool,
+    /// How the N points are chosen.
+    pub selection: Selection,
+}
+
+impl Default for CameraSettings {
+    fn default() -> Self {
+        Self {
+            depth_noise_m: 0.001,
+            drop_fraction: 0.0,
+            crop_below_m: Some(0.004),
+            mask_gripper: true,
+            selection: Selection::Salient,
+        }
+    }
+}
+
+/// A pinhole camera. Its frame has z along the view, x to the right and y down in the image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Where the camera is.
+    pub world_from_camera: SE3,
+    /// Focal length, pixels.
+    pub focal_px: f64,
+    /// Principal point (column, row), pixels.
+    pub center_px: [f64; 2],
+    /// Columns and rows.
+    pub size_px: [usize; 2],
+}
+
+/// How far viewpoints scatter about the nominal one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ViewSpread {
+    pub(crate) azimuth_rad: [f64; 2],
+    pub(crate) elevation_rad: f64,
+    pub(crate) distance_m: f64,
+}
+
+impl Camera {
+    /// A camera at `eye` that looks at `target`, with +z of the world up in the image, metres.
+    ///
+    /// `vertical_view_rad` is the full angle of view from the top to the bottom row.
+    pub fn looking_at(eye: [f64; 3], target: [f64; 3], vertical_view_rad: f64, size_px: [usize; 2]) -> Camera {
+        let forward = (Vector3::from(target) - Vector3::from(eye)).normalize();
+        let level = forward.cross(&Vector3::z());
+        // Looking straight down, "up in the image" is undefined; then it is the world's y.
+        let right = if level.norm() > 1e-9 { level.normalize() } else { Vector3::x() };
+        let down = forward.cross(&right);
+        let rotation = SO3::from_matrix(&Matrix3::from_columns(&[right, down, forward]))
+            .unwrap_or_else(|_| SO3::identity());
+        let [columns, rows] = size_px.map(|count| count as f64);
+        Camera {
+            world_from_camera: SE3::new(rotation, Vector3::from(eye)),
+            focal_px: 0.5 * rows / (0.5 * vertical_view_rad).tan(),
+            center_px: [0.5 * columns, 0.5 * rows],
+            size_px,
+        }
+    }
+
+    /// A camera of the tasks: 320 × 240 pixels, about 0.85 m away, looking down at the table's middle by about 50°.
+    pub(crate) fn draw<R: Rng>(spread: &ViewSpread, rng: &mut R) -> Camera {
+        let mut within = |half: f64| rng.random_range(-1.0..=1.0) * half;
+        let side = within(1.0).signum();
+        let azimuth_size = 0.5 * (spread.azimuth_rad[0] + spread.azimuth_rad[1])
+            + within(0.5 * (spread.azimuth_rad[1] - spread.azimuth_rad[0]));
+        let azimuth = side * azimuth_size;
+        let elevation = 50.0_f64.to_radians() + within(spread.elevation_rad);
+        let distance = 0.85 + within(spread.distance_m);
+        let eye = [
+            distance * elevation.cos() * azimuth.cos(),
+            distance * elevation.cos() * azimuth.sin(),
+            distance * elevation.sin(),
+        ];
+        let target = [within(0.01), within(0.01), within(0.01)];
+        let mut camera = Camera::looking_at(eye, target, 44.0_f64.to_radians(), [320, 240]);
+        camera.focal_px *= 1.0 + within(0.03);
+        camera.center_px[0] += within(2.0);
+        camera.center_px[1] += within(2.0);
+        camera
+    }
+
+    /// The ray through pixel (column, row), camera frame: depth along the view is 1.
+    fn ray(&self, column: usize, row: usize) -> [f64; 3] {
+        let x = (column as f64 + 0.5 - self.center_px[0]) / self.focal_px;
+        let y = (row as f64 + 0.5 - self.center_px[1]) / self.focal_px;
+        [x, y, 1.0]
+    }
+
+    /// N points of what the camera sees of `world`, with noise from `rng`.
+    pub(crate) fn observe<R: Rng>(
+        &self,
+        settings: &CameraSettings,
+        world: &World,
+        points: usize,
+        rng: &mut R,
+    ) -> PointCloud {
+        // Rays that meet the table alone give points that the crop would drop: they need not be cast.
+        let wants_table = settings.crop_below_m.is_none();
+        let parts: Vec<_> = world.parts().filter(|(part, _)| wants_table || part.role != Role::Table).collect();
+        let shapes: Vec<_> = parts.iter().map(|(part, pose)| (part.ray_shape.as_ref(), **pose)).collect();
+        let hits: Vec<(Hit, [u8; 3])> = depth_image(self, &shapes)
+            .into_iter()
+            .filter(|hit| !(settings.mask_gripper && parts[hit.index].0.role == Role::Gripper))
+            .map(|hit| (hit, parts[hit.index].0.color))
+            .collect();
+
+        let mut candidates = PointCloud::default();
+        let mut salient_hits = Vec::new();
+        for (hit, color) in &hits {
+            if settings.drop_fraction > 0.0 && rng.random::<f64>() < settings.drop_fraction {
+                continue;
+            }
+            let kept = self.measure(hit, *color, settings, rng, &mut candidates);
+            if kept && candidates.colors.last().is_some_and(|&rgb| is_salient(rgb)) {
+                salient_hits.push((*hit, *color));
+            }
+        }
+        self.measure_again(&salient_hits, points, settings, rng, &mut candidates);
+        self.fill(&hits, points, settings, rng, &mut candidates);
+        select::select(&candidates, points, settings.selection)
+    }
+
+    /// Adds one noisy measurement of a pixel; says whether the crop kept it.
+    fn measure<R: Rng>(
+        &self,
+        hit: &Hit,
+        color: [u8; 3],
+        settings: &CameraSettings,
+        rng: &mut R,
+        cloud: &mut PointCloud,
+    ) -> bool {
+        let noise: f64 = StandardNormal.sample(rng);
+        let point = self.point_at(hit, f64::from(hit.depth) + noise * settings.depth_noise_m);
+        let color = color.map(|level| {
+            (i16::from(level) + rng.random_range(-COLOR_NOISE..=COLOR_NOISE)).clamp(0, 255) as u8
+        });
+        if settings.crop_below_m.is_some_and(|height| f64::from(point[2]) < height) {
+            return false;
+        }
+        cloud.points.push(point);
+        cloud.colors.push(color);
+        true
+    }
+
+    /// Where the surface is that a pixel sees at `depth` along the view.
+    fn point_at(&self, hit: &Hit, depth: f64) -> [f32; 3] {
+        let ray = Vector3::from(self.ray(hit.column, hit.row));
+        let point = self.world_from_camera.act(&(ray * depth));
+        [point.x as f32, point.y as f32, point.z as f32]
+    }
+
+    /// A small salient patch is measured again until it has enough points: a second look at the same pixels.
+    fn measure_again<R: Rng>(
+        &self,
+        salient: &[(Hit, [u8; 3])],
+        points: usize,
+        settings: &CameraSettings,
+        rng: &mut R,
+        cloud: &mut PointCloud,
+    ) {
+        let wanted = select::salient_minimum(points);
+        if settings.selection == Selection::Salient && salient.len() < wanted {
+            for (hit, color) in salient.iter().cycle().take(wanted.saturating_sub(salient.len())) {
+                self.measure(hit, *color, settings, rng, cloud);
+            }
+        }
+    }
+
+    /// When fewer than N points are in view, the pixels are measured again; when none is, the view's far end stands in.
+    fn fill<R: Rng>(
+        &self,
+        hits: &[(Hit, [u8; 3])],
+        points: usize,
+        settings: &CameraSettings,
+        rng: &mut R,
+        cloud: &mut PointCloud,
+    ) {
+        let seen = cloud.len();
+        if seen == 0 {
+            let far = self.world_from_camera.act(&Vector3::new(0.0, 0.0, depth::FAR_M));
+            cloud.points.resize(points, [far.x as f32, far.y as f32, far.z as f32]);
+            cloud.colors.resize(points, [0; 3]);
+        } else if seen < points {
+            // Bounded: a hit at the crop's edge may be cut off again and again.
+            for (hit, color) in hits.iter().cycle().take(8 * points) {
+                if cloud.len() >= points {
+                    break;
+                }
+                self.measure(hit, *color, settings, rng, cloud);
+            }
+            for index in 0..points.saturating_sub(cloud.len()) {
+                cloud.points.push(cloud.points[index % seen]);
+                cloud.colors.push(cloud.colors[index % seen]);
+            }
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! A running triangle scene: the prism, its measure, its judge.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::Vector3;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rapier3d::prelude::{CoefficientCombineRule, ColliderBuilder, RigidBodyBuilder, RigidBodyHandle};
+use reseflow_data::{Action, EpisodeKey, Halt, Observation, Outcome, Policy, Scene, SceneBody, TaskError, Tick};
+use reseflow_lie::{SE3, SO3};
+
+use super::setup::TriangleSetup;
+use super::{NAME, POINTS, TriangleTask, expert};
+use crate::convert::{point3, pose_from_se3};
+use crate::mesh::prism;
+use crate::scripted::Scripted;
+use crate::tabletop::Tabletop;
+use crate::world::World;
+
+/// The prism's height, metres.
+pub(super) const HEIGHT_M: f64 = 0.025;
+const DENSITY_KG_M3: f32 = 1200.0;
+const FRICTION: f32 = 0.4;
+/// The coloured corner takes up this share of the median through it.
+const CORNER_SHARE: f64 = 0.45;
+
+const GOAL_RAD: f64 = FRAC_PI_2;
+const GOAL_TOLERANCE_RAD: f64 = 0.1;
+const GOAL_TOLERANCE_M: f64 = 0.03;
+
+/// A running scene.
+pub(super) struct TriangleScene {
+    table: Tabletop,
+    setup: TriangleSetup,
+    triangle: RigidBodyHandle,
+    start: SE3,
+}
+
+impl TriangleScene {
+    pub(super) fn new(task: &TriangleTask, setup: TriangleSetup, key: &EpisodeKey) -> Result<Self, TaskError> {
+        let fault = |reason: &str| TaskError { task: NAME.to_owned(), index: key.index, reason: reason.to_owned() };
+        let mut world = World::new(task.physics, &setup.world_from_gripper, setup.table_color);
+        let radius = setup.circumradius_m();
+        let half = 0.5 * setup.side_m;
+        let corners = [[radius, 0.0], [-0.5 * radius, half], [-0.5 * radius, -half]];
+
+        let start = SE3::new(
+            SO3::exp(&(Vector3::z() * setup.yaw_rad)),
+            Vector3::new(setup.center_m[0], setup.center_m[1], 0.5 * HEIGHT_M),
+        );
+        let hull: Vec<_> = [-0.5 * HEIGHT_M, 0.5 * HEIGHT_M]
+            .into_iter()
+            .flat_map(|z| corners.map(|[x, y]| point3(&[x, y, z])))
+            .collect();
+        let collider = ColliderBuilder::convex_hull(&hull)
+            .ok_or_else(|| fault("expected a triangle of positive size, got one without volume"))?
+            .density(DENSITY_KG_M3)
+            .friction(FRICTION)
+            .friction_combine_rule(CoefficientCombineRule::Max);
+        let body = RigidBodyBuilder::dynamic().pose(pose_from_se3(&start)).can_sleep(false);
+        let triangle = world.add_object("triangle", body.build(), vec![collider.build()]);
+
+        // The cut between the coloured corner and the rest, across the median.
+        let cut_x = radius - CORNER_SHARE * 1.5 * radius;
+        let cut_y = CORNER_SHARE * half;
+        let (bottom, top) = (-0.5 * HEIGHT_M, 0.5 * HEIGHT_M);
+        let corner = prism(&[corners[0], [cut_x, cut_y], [cut_x, -cut_y]], bottom, top);
+        let rest = prism(&[[cut_x, cut_y], corners[1], corners[2], [cut_x, -cut_y]], bottom, top);
+        world.add_object_part("triangle", triangle, rest, setup.body_color);
+        world.add_object_part("triangle_corner", triangle, corner, setup.corner_color);
+
+        let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), POINTS);
+        Ok(Self { table, setup, triangle, start })
+    }
+}
+
+/// How far the prism's yaw is from its start, rad in (−π/2, 3π/2\] so that the goal lies in the middle.
+fn turned_rad(world: &World, triangle: RigidBodyHandle, start: &SE3) -> f64 {
+    let Some(now) = world.world_from_body(triangle) else { return 0.0 };
+    let corner = start.rotation.inverse().act(&now.rotation.act(&Vector3::x()));
+    (corner.y.atan2(corner.x) + FRAC_PI_2).rem_euclid(TAU) - FRAC_PI_2
+}
+
+impl Scene for TriangleScene {
+    fn observe(&mut self) -> Observation {
+        self.table.observe()
+    }
+
+    fn tick(&mut self, command: &Action) -> Result<Tick, Halt> {
+        let (triangle, start) = (self.triangle, self.start);
+        self.table.tick(command, |world| turned_rad(world, triangle, &start))
+    }
+
+    fn bodies(&self) -> Vec<SceneBody> {
+        self.table.bodies()
+    }
+
+    fn judge(&mut self) -> Outcome {
+        let halt = self.table.hold_still();
+        let measure = turned_rad(&self.table.world, self.triangle, &self.start);
+        let reached = self.table.world.world_from_body(self.triangle).is_some_and(|now| {
+            // The whole rotation counts, so a prism that stands on a face has not been turned.
+            let goal = self.start.rotation * SO3::exp(&(Vector3::z() * GOAL_RAD));
+            let off_rad = (goal.inverse() * now.rotation).angle();
+            let off_m = (now.translation - self.start.translation).norm();
+            off_rad <= GOAL_TOLERANCE_RAD && off_m <= GOAL_TOLERANCE_M
+        });
+        Outcome { success: halt.is_none() && reached, measure, measure_name: "turned_rad".to_owned(), halt }
+    }
+
+    fn expert(&self) -> Box<dyn Policy> {
+        Box::new(Scripted::new("expert", expert::commands(&self.setup)))
+    }
+
+    fn disturb(&mut self, seed: u64) {
+        // At most about 0.3 m/s and 3 rad/s for a free prism of some 70 g: it slides by a centimetre.
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let direction: f64 = rng.random_range(0.0..TAU);
+        let impulse = Vector3::new(direction.cos(), direction.sin(), 0.0) * rng.random_range(0.010..=0.020);
+        self.table.world.push(self.triangle, impulse, rng.random_range(-4e-5..=4e-5));
+    }
+}

@@ -1,0 +1,284 @@
+//! The physical world: table, gripper, what a task puts there, and one control tick of time.
+
+mod carriage;
+mod contacts;
+pub mod gripper;
+pub(crate) mod settings;
+
+use glamx::{Pose3, Vec3};
+use nalgebra::Vector3;
+use parry3d::shape::SharedShape;
+use rapier3d::prelude::{
+    CoefficientCombineRule, Collider, ColliderBuilder, PhysicsWorld, RigidBody, RigidBodyBuilder, RigidBodyHandle,
+};
+use reseflow_data::{Action, Contact, Halt, SceneBody, Shape};
+use reseflow_lie::SE3;
+
+use crate::convert::{se3_from_pose, vec3};
+use crate::mesh::ray_shape;
+use gripper::Gripper;
+use settings::PhysicsSettings;
+
+/// Half of the table's width and depth, metres. Its top is the plane z = 0.
+pub(crate) const TABLE_HALF_M: f64 = 0.45;
+const TABLE_HALF_THICKNESS_M: f64 = 0.02;
+const TABLE_FRICTION: f32 = 0.4;
+/// Commands must lie in this box, metres.
+const REACH_LOW_M: [f64; 3] = [-0.5, -0.5, -0.03];
+const REACH_HIGH_M: [f64; 3] = [0.5, 0.5, 0.7];
+/// A gripper further from its command than this has lost it (something holds it, or the command jumped).
+const LOST_M: f64 = 0.15;
+const LOST_RAD: f64 = 1.0;
+/// At the start the gripper may not overlap anything by more than this.
+const START_OVERLAP_M: f64 = 5e-4;
+
+/// What a part of the world belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// The table.
+    Table,
+    /// The robot's own body.
+    Gripper,
+    /// Anything that a task brings.
+    Object,
+}
+
+/// A visible rigid piece.
+pub(crate) struct Part {
+    pub(crate) name: String,
+    pub(crate) role: Role,
+    pub(crate) shape: Shape,
+    pub(crate) ray_shape: SharedShape,
+    pub(crate) color: [u8; 3],
+    body: RigidBodyHandle,
+    body_from_part: Pose3,
+}
+
+/// What can be seen and measured of the world at the end of a good tick.
+#[derive(Debug, Clone)]
+struct Snapshot {
+    world_from_gripper: SE3,
+    opening: f64,
+    world_from_part: Vec<Pose3>,
+}
+
+/// The physical world.
+pub(crate) struct World {
+    physics: PhysicsWorld,
+    settings: PhysicsSettings,
+    gripper: Gripper,
+    parts: Vec<Part>,
+    body_names: Vec<String>,
+    objects: Vec<RigidBodyHandle>,
+    snapshot: Snapshot,
+    command: Action,
+    starts_in_collision: bool,
+}
+
+impl World {
+    /// A table and a gripper, open, at `world_from_gripper`.
+    pub(crate) fn new(settings: PhysicsSettings, world_from_gripper: &SE3, table_color: [u8; 3]) -> World {
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = Vec3::new(0.0, 0.0, -9.81);
+        physics.integration_parameters = settings.integration_parameters();
+        let gripper = gripper::insert(&mut physics, &settings, world_from_gripper);
+        let command = Action { world_from_gripper: *world_from_gripper, opening: 1.0 };
+        let snapshot =
+            Snapshot { world_from_gripper: *world_from_gripper, opening: 1.0, world_from_part: Vec::new() };
+        let mut world = World {
+            physics,
+            settings,
+            gripper,
+            parts: Vec::new(),
+            body_names: Vec::new(),
+            objects: Vec::new(),
+            snapshot,
+            command,
+            starts_in_collision: false,
+        };
+        world.add_table(table_color);
+        for (name, body, shape, center) in gripper::drawn_parts(&gripper) {
+            world.name_body(body, name);
+            let color = if name == "gripper_palm" { [70, 74, 82] } else { [150, 154, 160] };
+            world.add_part(name, Role::Gripper, body, Pose3::from_translation(center), shape, color);
+        }
+        world
+    }
+
+    fn add_table(&mut self, color: [u8; 3]) {
+        let half = [TABLE_HALF_M, TABLE_HALF_M, TABLE_HALF_THICKNESS_M];
+        let collider = ColliderBuilder::cuboid(half[0] as f32, half[1] as f32, half[2] as f32)
+            .friction(TABLE_FRICTION)
+            .friction_combine_rule(CoefficientCombineRule::Max);
+        let pose = Pose3::from_translation(Vec3::new(0.0, 0.0, -TABLE_HALF_THICKNESS_M as f32));
+        let (body, _) = self.physics.insert(RigidBodyBuilder::fixed().pose(pose).build(), collider.build());
+        self.name_body(body, "table");
+        self.add_part("table", Role::Table, body, Pose3::IDENTITY, Shape::Box { half_extents_m: half }, color);
+    }
+
+    /// Puts a body on the table. An object that falls off or leaves the table ends the episode.
+    pub(crate) fn add_object(&mut self, name: &str, body: RigidBody, colliders: Vec<Collider>) -> RigidBodyHandle {
+        let handle = self.physics.insert_body(body);
+        for collider in colliders {
+            self.physics.insert_collider(collider, Some(handle));
+        }
+        self.name_body(handle, name);
+        self.objects.push(handle);
+        handle
+    }
+
+    /// Gives a body a visible piece, whose frame is the body's.
+    pub(crate) fn add_object_part(&mut self, name: &str, body: RigidBodyHandle, shape: Shape, color: [u8; 3]) {
+        self.add_part(name, Role::Object, body, Pose3::IDENTITY, shape, color);
+    }
+
+    fn add_part(
+        &mut self,
+        name: &str,
+        role: Role,
+        body: RigidBodyHandle,
+        body_from_part: Pose3,
+        shape: Shape,
+        color: [u8; 3],
+    ) {
+        // A mesh that no ray can be cast at (no triangle) cannot be seen either.
+        let Some(ray_shape) = ray_shape(&shape) else { return };
+        self.snapshot.world_from_part.push(*self.physics.bodies[body].position() * body_from_part);
+        self.parts.push(Part { name: name.to_owned(), role, shape, ray_shape, color, body, body_from_part });
+    }
+
+    fn name_body(&mut self, body: RigidBodyHandle, name: &str) {
+        let index = self.body_names.len() as u128;
+        self.body_names.push(name.to_owned());
+        for &collider in self.physics.bodies[body].colliders() {
+            self.physics.colliders[collider].user_data = index;
+        }
+    }
+
+    /// To be called when everything is in place: notes whether the gripper overlaps anything.
+    pub(crate) fn finish_setup(&mut self) {
+        // A step without time finds contacts and moves nothing.
+        let dt = std::mem::replace(&mut self.physics.integration_parameters.dt, 0.0);
+        self.physics.step();
+        self.physics.integration_parameters.dt = dt;
+        self.starts_in_collision = self.contacts().iter().any(|contact| {
+            let gripper = contact.body_a.starts_with("gripper") || contact.body_b.starts_with("gripper");
+            gripper && contact.depth_m > START_OVERLAP_M
+        });
+    }
+
+    /// Follows `command` for one control tick.
+    ///
+    /// # Errors
+    /// A named reason why the world cannot go on; what can be seen of it stays as it was.
+    pub(crate) fn tick(&mut self, command: &Action) -> Result<(), Halt> {
+        self.check(command)?;
+        let start = self.command;
+        let tick_secs = settings::TICK_NANOS as f64 * 1e-9;
+        let rate = start.world_from_gripper.body_twist_to(&command.world_from_gripper) * (1.0 / tick_secs);
+        let opening_rate = (command.opening - start.opening) / tick_secs;
+        for substep in 1..=self.settings.substeps {
+            // The end of this substep: the engine's integrator is implicit in the velocity.
+            let now = start.interpolate(command, substep as f64 / self.settings.substeps as f64);
+            let palm = &mut self.physics.bodies[self.gripper.palm];
+            palm.reset_forces(false);
+            palm.reset_torques(false);
+            carriage::add_wrench(&mut self.physics, &self.gripper, &self.settings, &now.world_from_gripper, &rate);
+            gripper::add_finger_forces(&mut self.physics, &self.gripper, &self.settings, now.opening, opening_rate);
+            self.physics.step();
+        }
+        self.snapshot = self.take_snapshot().ok_or(Halt::Diverged)?;
+        self.command = *command;
+        if self.objects.iter().any(|&object| self.left_the_table(object)) {
+            return Err(Halt::ObjectLost);
+        }
+        Ok(())
+    }
+
+    /// Whether `command` can be followed from here.
+    fn check(&self, command: &Action) -> Result<(), Halt> {
+        if !(command.opening.is_finite() && command.world_from_gripper.is_finite()) {
+            return Err(Halt::NonFiniteAction);
+        }
+        if self.starts_in_collision {
+            return Err(Halt::StartsInCollision);
+        }
+        let position = command.world_from_gripper.translation;
+        if (0..3).any(|axis| !(REACH_LOW_M[axis]..=REACH_HIGH_M[axis]).contains(&position[axis])) {
+            return Err(Halt::OutOfReach);
+        }
+        let error = self.snapshot.world_from_gripper.product_displacement_to(&self.command.world_from_gripper);
+        if error.linear.norm() > LOST_M || error.angular.norm() > LOST_RAD {
+            return Err(Halt::LostTracking);
+        }
+        Ok(())
+    }
+
+    fn left_the_table(&self, object: RigidBodyHandle) -> bool {
+        let [x, y, z] = self.physics.bodies[object].center_of_mass().to_array().map(f64::from);
+        x.abs() > TABLE_HALF_M || y.abs() > TABLE_HALF_M || z < -TABLE_HALF_THICKNESS_M
+    }
+
+    /// `None` where the engine left something that is no pose.
+    fn take_snapshot(&self) -> Option<Snapshot> {
+        let world_from_gripper = se3_from_pose(self.physics.bodies[self.gripper.palm].position())?;
+        let world_from_part: Vec<Pose3> = self
+            .parts
+            .iter()
+            .map(|part| *self.physics.bodies[part.body].position() * part.body_from_part)
+            .collect();
+        let finite = world_from_part.iter().all(Pose3::is_finite);
+        let opening = gripper::opening(&self.physics, &self.gripper);
+        finite.then_some(Snapshot { world_from_gripper, opening, world_from_part })
+    }
+
+    /// Pushes a body with an impulse through its centre of mass, N s, and one about the vertical, N m s.
+    pub(crate) fn push(&mut self, body: RigidBodyHandle, impulse_n_s: Vector3<f64>, yaw_impulse_nm_s: f64) {
+        let body = &mut self.physics.bodies[body];
+        body.apply_impulse(vec3(&impulse_n_s), true);
+        body.apply_torque_impulse(Vec3::Z * yaw_impulse_nm_s as f32, true);
+    }
+
+    /// What touches what.
+    pub(crate) fn contacts(&self) -> Vec<Contact> {
+        contacts::report(&self.physics, |index| self.body_names.get(index as usize).cloned().unwrap_or_default())
+    }
+
+    /// A body's pose.
+    pub(crate) fn world_from_body(&self, body: RigidBodyHandle) -> Option<SE3> {
+        se3_from_pose(self.physics.bodies[body].position())
+    }
+
+    /// The gripper's reached pose.
+    pub(crate) fn world_from_gripper(&self) -> SE3 {
+        self.snapshot.world_from_gripper
+    }
+
+    /// The gripper's reached opening.
+    pub(crate) fn opening(&self) -> f64 {
+        self.snapshot.opening
+    }
+
+    /// The command in force.
+    pub(crate) fn command(&self) -> Action {
+        self.command
+    }
+
+    /// The visible pieces and where they are.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = (&Part, &Pose3)> {
+        self.parts.iter().zip(&self.snapshot.world_from_part)
+    }
+
+    /// Everything that can be drawn.
+    pub(crate) fn bodies(&self) -> Vec<SceneBody> {
+        let drawn = |(part, pose): (&Part, &Pose3)| {
+            Some(SceneBody {
+                name: part.name.clone(),
+                shape: part.shape.clone(),
+                color: part.color,
+                world_from_body: se3_from_pose(pose)?,
+            })
+        };
+        self.parts().filter_map(drawn).collect()
+    }
+}

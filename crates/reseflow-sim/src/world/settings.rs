@@ -1,0 +1,63 @@
+//! The physics engine's settings for a tabletop.
+//!
+//! rapier's defaults suit metre-sized objects. Here lengths are centimetres, grip forces tens of newtons, and contact
+//! is what the tasks are about, so contacts are solved finely (`length_unit`, Coulomb friction at every contact point)
+//! and stiffly (a 20 N grip must sink in by well under a millimetre).
+
+use rapier3d::prelude::{FrictionModel, IntegrationParameters, SpringCoefficients};
+
+/// Length of one control tick, nanoseconds: the paper's 0.05 s.
+pub(crate) const TICK_NANOS: i64 = 50_000_000;
+
+/// How a world is simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhysicsSettings {
+    /// Physics steps per control tick of 0.05 s, at least 10.
+    pub substeps: usize,
+    /// The greatest force of the carriage, newtons.
+    pub carriage_force_n: f64,
+    /// The greatest torque of the carriage, newton metres.
+    pub carriage_torque_nm: f64,
+    /// The natural frequency ω of the critically damped carriage, rad/s. Keep ω·dt ≤ 0.3.
+    pub carriage_rate_rad_s: f64,
+    /// The greatest force of each finger, newtons; the force with which opening 0 grips.
+    pub grip_force_n: f64,
+    /// Coulomb friction of the pads; the greater of two touching surfaces' coefficients counts.
+    pub pad_friction: f64,
+}
+
+impl Default for PhysicsSettings {
+    fn default() -> Self {
+        Self {
+            substeps: 10,
+            carriage_force_n: 60.0,
+            carriage_torque_nm: 6.0,
+            carriage_rate_rad_s: 60.0,
+            grip_force_n: 20.0,
+            pad_friction: 1.0,
+        }
+    }
+}
+
+impl PhysicsSettings {
+    /// Length of one physics step, seconds.
+    pub fn dt_secs(&self) -> f64 {
+        TICK_NANOS as f64 * 1e-9 / self.substeps.max(1) as f64
+    }
+
+    /// The engine's parameters.
+    pub(crate) fn integration_parameters(&self) -> IntegrationParameters {
+        IntegrationParameters {
+            dt: self.dt_secs() as f32,
+            length_unit: 0.1,
+            num_solver_iterations: 8,
+            friction_model: FrictionModel::Coulomb,
+            contact_recycling: false,
+            contact_clustering: false,
+            warmstart_joints: true,
+            contact_softness: SpringCoefficients::new(60.0, 5.0),
+            static_contact_softness: SpringCoefficients::new(60.0, 5.0),
+            ..IntegrationParameters::default()
+        }
+    }
+}

@@ -1,7 +1,12 @@
 //! Simulate, train, evaluate and look at SE(3)-equivariant rectified-flow policies: the parts that the `reseflow` command is made of.
 
+pub mod cli;
+pub mod commands;
 pub mod config;
+pub mod demonstrations;
 pub mod error;
 pub mod metrics;
 pub mod output;
 pub mod plot;
+pub mod provenance;
+pub mod rollouts;

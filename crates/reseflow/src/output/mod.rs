@@ -63,6 +63,14 @@ impl Terminal {
     }
 }
 
+/// Sends log lines to standard error: warnings, with `verbose` more; `RESEFLOW_LOG` overrides it (as in `RESEFLOW_LOG=debug`).
+pub fn start_log(verbose: u8) {
+    let level = ["warn", "info", "debug", "trace"][usize::from(verbose.min(3))];
+    let filter = tracing_subscriber::EnvFilter::try_from_env("RESEFLOW_LOG")
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+}
+
 /// Prints the one sentence that a failed command ends with.
 #[expect(clippy::print_stderr, reason = "this is the output module")]
 pub fn print_error(sentence: &str) {

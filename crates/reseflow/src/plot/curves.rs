@@ -32,7 +32,7 @@ pub fn d_geo_against_steps(title: &str, rows: &[(usize, &Scores)], trivial: &[Pr
     LinePlot {
         title: title.to_owned(),
         x_label: "integration steps (drift evaluations)".to_owned(),
-        y_label: "mean D_geo (rad ⊕ m)".to_owned(),
+        y_label: "mean D_geo (rad and m)".to_owned(),
         x_scale: Scale::Log,
         y_scale: Scale::Linear,
         series: std::iter::once(policy).chain(trivial.iter().map(level)).collect(),
@@ -50,27 +50,52 @@ pub fn per_action_error(title: &str, solid: &[PredictorCurve<'_>], dashed: &[Pre
     LinePlot {
         title: title.to_owned(),
         x_label: "action step".to_owned(),
-        y_label: "mean D_geo (rad ⊕ m)".to_owned(),
+        y_label: "mean D_geo (rad and m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Linear,
         series: solid.iter().map(|p| series(p, false)).chain(dashed.iter().map(|p| series(p, true))).collect(),
     }
 }
 
-/// Named quantities against the update; values that are not positive are left out.
+/// Named quantities against the update. A long noisy curve is drawn as the means of [`BINS`] neighbourhoods; values that are not
+/// positive are left out.
 pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePlot {
-    let series = |(label, points): &(&str, Vec<(f64, f64)>)| Series {
-        label: (*label).to_owned(),
-        points: points.iter().copied().filter(|(_, value)| *value > 0.0 && value.is_finite()).collect(),
-        half_band: None,
-        dashed: false,
+    let series = |(label, points): &(&str, Vec<(f64, f64)>)| {
+        let positive = |&(_, value): &(f64, f64)| value > 0.0 && value.is_finite();
+        let points: Vec<(f64, f64)> = points.iter().copied().filter(positive).collect();
+        Series { label: (*label).to_owned(), points: binned(&points), half_band: None, dashed: false }
     };
     LinePlot {
         title: title.to_owned(),
         x_label: "update".to_owned(),
-        y_label: "loss, and D_geo (rad ⊕ m) on validation".to_owned(),
+        y_label: "loss; D_geo (rad and m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Log,
         series: curves.iter().map(series).filter(|series| !series.points.is_empty()).collect(),
+    }
+}
+
+/// Points that a training curve is reduced to.
+const BINS: usize = 150;
+
+fn binned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let centre = |bin: &[(f64, f64)]| {
+        let sum = bin.iter().fold((0.0, 0.0), |sum, point| (sum.0 + point.0, sum.1 + point.1));
+        (sum.0 / bin.len() as f64, sum.1 / bin.len() as f64)
+    };
+    points.chunks(points.len().div_ceil(BINS).max(1)).map(centre).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_curve_is_thinned_and_keeps_its_mean() {
+        let noisy: Vec<(f64, f64)> = (0..1500).map(|i| (f64::from(i), if i % 2 == 0 { 1.0 } else { 3.0 })).collect();
+        let plot = training_curve("t", &[("loss", noisy), ("empty", vec![(1.0, f64::NAN), (2.0, 0.0)])]);
+        assert_eq!(plot.series.len(), 1);
+        assert_eq!(plot.series[0].points.len(), BINS);
+        assert!(plot.series[0].points.iter().all(|&(_, value)| (value - 2.0).abs() < 1e-12));
     }
 }

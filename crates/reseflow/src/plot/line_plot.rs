@@ -113,8 +113,9 @@ impl LinePlot {
             Scale::Log => (low.0 / 1.15, high.0 * 1.15),
         };
         let y = match self.y_scale {
-            Scale::Linear => (low.1.min(0.0), (1.15 * high.1).max(1e-9)),
-            Scale::Log => (low.1 / 1.3, high.1 * 1.3),
+            // Room above the data for the legend.
+            Scale::Linear => (low.1.min(0.0), (1.35 * high.1).max(1e-9)),
+            Scale::Log => (low.1 / 1.3, high.1 * (high.1 / low.1).powf(0.35).max(1.5)),
         };
         Some((x, y))
     }
@@ -196,13 +197,18 @@ impl LinePlot {
 
 type Bounds = ((f64, f64), (f64, f64));
 
-/// Tick labels with the digits that the range needs.
+/// Tick labels with the digits that the range needs; on a logarithmic axis only 1, 2 and 5 times a power of ten, lest they overlap.
 fn tick_format((low, high): (f64, f64), scale: Scale) -> impl Fn(&f64) -> String {
     let span = high - low;
     let digits = if span > 10.0 { 0 } else { (1.5 - span.log10()).ceil().clamp(0.0, 6.0) as usize };
     move |value: &f64| match scale {
         Scale::Linear => format!("{value:.digits$}"),
-        Scale::Log => format!("{value}"),
+        Scale::Log => {
+            let leading = (value / 10f64.powf(value.log10().floor())).round();
+            let text = format!("{value:.6}");
+            let text = text.trim_end_matches('0').trim_end_matches('.');
+            if [1.0, 2.0, 5.0, 10.0].contains(&leading) { text.to_owned() } else { String::new() }
+        }
     }
 }
 

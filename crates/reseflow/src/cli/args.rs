@@ -1,0 +1,278 @@
+//! The arguments of every command. The calls in the examples are a contract.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use reseflow_data::Split;
+
+use crate::config::Override;
+
+/// Simulate, train, evaluate and look at SE(3)-equivariant rectified-flow policies.
+#[derive(Debug, Parser)]
+#[command(name = "reseflow", version, arg_required_else_help = true)]
+#[command(after_help = "Examples:
+  reseflow run configs/quickstart.toml
+  reseflow gen --task triangle --episodes 100 --seed 1 --out demos.npz
+  reseflow rollout --policy expert --task triangle --episodes 20 --seed 1 --steps 1 --mcap log.mcap --out expert.json
+
+Exit codes: 0 done, 2 something given cannot be used (one sentence says what), 1 anything else.")]
+pub struct Cli {
+    /// What to do
+    #[command(subcommand)]
+    pub command: Command,
+    /// Print the result as JSON on standard output
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Say more on standard error (-vv: everything)
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    pub verbose: u8,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Record expert demonstrations of a task in the simulator
+    Gen(GenArgs),
+    /// Say what a data set, a prediction file or an MCAP log holds
+    Inspect(InspectArgs),
+    /// Train a policy on a data set
+    Train(TrainArgs),
+    /// Predict trajectories from each episode's first observation
+    Predict(PredictArgs),
+    /// Score a policy against held-out demonstrations
+    Eval(EvalArgs),
+    /// Let a policy act in the simulator
+    Rollout(RolloutArgs),
+    /// Do everything that a configuration says: data, training, evaluation, rollouts, pictures
+    Run(RunArgs),
+}
+
+/// Which part of a task's distribution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SplitArg {
+    /// To learn from
+    Train,
+    /// To choose settings with
+    Validation,
+    /// For reported figures
+    Test,
+    /// Poses, sizes and viewpoints outside the training distribution
+    Wide,
+}
+
+impl From<SplitArg> for Split {
+    fn from(split: SplitArg) -> Self {
+        match split {
+            SplitArg::Train => Split::Train,
+            SplitArg::Validation => Split::Validation,
+            SplitArg::Test => Split::Test,
+            SplitArg::Wide => Split::Wide,
+        }
+    }
+}
+
+/// Where tensors live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DeviceArg {
+    /// The processor, with the backend that is fastest there
+    Cpu,
+    /// The processor, through burn's flex backend
+    Flex,
+    /// The processor, through burn's ndarray backend
+    Ndarray,
+}
+
+/// `reseflow gen`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  reseflow gen --task triangle --episodes 500 --seed 1 --out train.npz
+  reseflow gen --task triangle --episodes 50 --seed 1 --split test --out test.npz --preview test.png --verify-replay")]
+pub struct GenArgs {
+    /// The task's name
+    #[arg(long)]
+    pub task: String,
+    /// How many episodes
+    #[arg(long, value_parser = positive)]
+    pub episodes: usize,
+    /// The same seed gives the same episodes
+    #[arg(long)]
+    pub seed: u64,
+    /// Splits never share an episode, whatever the seeds
+    #[arg(long, value_enum, default_value_t = SplitArg::Train)]
+    pub split: SplitArg,
+    /// The data set to write (an older file is replaced once the new one is complete)
+    #[arg(long, value_name = "FILE.npz")]
+    pub out: PathBuf,
+    /// A picture of the first episodes
+    #[arg(long, value_name = "FILE.png")]
+    pub preview: Option<PathBuf>,
+    /// Replay the stored actions open loop in the simulator and report how many episodes that solves
+    #[arg(long)]
+    pub verify_replay: bool,
+}
+
+/// `reseflow inspect`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  reseflow inspect train.npz
+  reseflow inspect predictions.npz --json
+  reseflow inspect log.mcap")]
+pub struct InspectArgs {
+    /// A data set or a prediction file (.npz), or a log (.mcap)
+    pub file: PathBuf,
+}
+
+/// `reseflow train`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  reseflow train --config configs/quickstart.toml --data train.npz --validation validation.npz --out runs/mine
+  reseflow train --config configs/quickstart.toml --data train.npz --out runs/small --set train.batch_size=8")]
+pub struct TrainArgs {
+    /// A configuration; its `model` and `train` tables count
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: PathBuf,
+    /// The demonstrations
+    #[arg(long, value_name = "FILE.npz")]
+    pub data: PathBuf,
+    /// Held-out demonstrations, scored during training
+    #[arg(long, value_name = "FILE.npz")]
+    pub validation: Option<PathBuf>,
+    /// The checkpoint's folder
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Where to compute; overrides the configuration
+    #[arg(long, value_enum)]
+    pub device: Option<DeviceArg>,
+    /// Override a key of the configuration, for example train.batch_size=8
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
+}
+
+/// `reseflow predict`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  reseflow predict --checkpoint runs/mine --data test.npz --steps 1 --seeds 10 --out predictions.npz
+
+Writes `pose` [episodes, seeds, L, 4, 4] and `opening` [episodes, seeds, L] for the noise seeds 3407, 3408, …")]
+pub struct PredictArgs {
+    /// The checkpoint's folder
+    #[arg(long, value_name = "DIR")]
+    pub checkpoint: PathBuf,
+    /// The episodes
+    #[arg(long, value_name = "FILE.npz")]
+    pub data: PathBuf,
+    /// Integration steps
+    #[arg(long, default_value = "1", value_parser = positive)]
+    pub steps: usize,
+    /// Noise seeds, from 3407 on
+    #[arg(long, default_value = "10", value_parser = positive)]
+    pub seeds: usize,
+    /// The prediction file to write
+    #[arg(long, value_name = "FILE.npz")]
+    pub out: PathBuf,
+    /// Where to compute
+    #[arg(long, value_enum, default_value_t = DeviceArg::Cpu)]
+    pub device: DeviceArg,
+}
+
+/// `reseflow eval`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  reseflow eval --checkpoint runs/mine --data test.npz --steps 1,2,10,50,100 --seeds 10 --out eval.json
+  reseflow eval --checkpoint runs/mine --data test.npz --train-data train.npz --out eval.json")]
+pub struct EvalArgs {
+    /// The checkpoint's folder
+    #[arg(long, value_name = "DIR")]
+    pub checkpoint: PathBuf,
+    /// The held-out episodes
+    #[arg(long, value_name = "FILE.npz")]
+    pub data: PathBuf,
+    /// Numbers of integration steps
+    #[arg(long, value_delimiter = ',', default_value = "1,2,10,50,100", value_parser = positive)]
+    pub steps: Vec<usize>,
+    /// Noise seeds, from 3407 on
+    #[arg(long, default_value = "10", value_parser = positive)]
+    pub seeds: usize,
+    /// The training episodes, for the two trivial predictors
+    #[arg(long, value_name = "FILE.npz")]
+    pub train_data: Option<PathBuf>,
+    /// The result to write
+    #[arg(long, value_name = "FILE.json")]
+    pub out: PathBuf,
+    /// Where to compute
+    #[arg(long, value_enum, default_value_t = DeviceArg::Cpu)]
+    pub device: DeviceArg,
+}
+
+/// `reseflow rollout`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  reseflow rollout --policy expert --task triangle --episodes 100 --seed 1 --steps 1 --out expert.json
+  reseflow rollout --policy runs/mine --task triangle --episodes 50 --seed 1 --steps 1 --mcap log.mcap --out mine.json")]
+pub struct RolloutArgs {
+    /// `expert`, `still`, or a checkpoint's folder
+    #[arg(long, value_name = "expert|still|DIR")]
+    pub policy: String,
+    /// The task's name
+    #[arg(long)]
+    pub task: String,
+    /// How many episodes
+    #[arg(long, value_parser = positive)]
+    pub episodes: usize,
+    /// The same seed gives the same scenes
+    #[arg(long)]
+    pub seed: u64,
+    /// Integration steps of a learned policy
+    #[arg(long, default_value = "1", value_parser = positive)]
+    pub steps: usize,
+    /// Which part of the task's distribution
+    #[arg(long, value_enum, default_value_t = SplitArg::Test)]
+    pub split: SplitArg,
+    /// Actions executed before the policy looks and plans again
+    #[arg(long, default_value = "3", value_parser = positive)]
+    pub n_action_steps: usize,
+    /// Push the object in the middle of each episode
+    #[arg(long)]
+    pub disturb: bool,
+    /// A log of the first episodes, for Foxglove or Rerun
+    #[arg(long, value_name = "FILE.mcap")]
+    pub mcap: Option<PathBuf>,
+    /// How many episodes the log holds
+    #[arg(long, default_value = "5", value_parser = positive)]
+    pub mcap_episodes: usize,
+    /// The result to write
+    #[arg(long, value_name = "FILE.json")]
+    pub out: PathBuf,
+    /// Where to compute
+    #[arg(long, value_enum, default_value_t = DeviceArg::Cpu)]
+    pub device: DeviceArg,
+}
+
+/// `reseflow run`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  reseflow run configs/quickstart.toml
+  reseflow run configs/quickstart.toml --set train.batch_size=8 --set name=small-batches
+
+A stage whose inputs have not changed since it was finished is skipped; run it again after any interruption.")]
+pub struct RunArgs {
+    /// The configuration
+    #[arg(value_name = "CONFIG.toml")]
+    pub config: PathBuf,
+    /// Override a key of the configuration, for example train.batch_size=8
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
+    /// Where to compute; overrides the configuration
+    #[arg(long, value_enum)]
+    pub device: Option<DeviceArg>,
+    /// Redo every stage
+    #[arg(long)]
+    pub fresh: bool,
+}
+
+fn positive(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(0) | Err(_) => Err("expected a whole number, 1 or more".to_owned()),
+        Ok(value) => Ok(value),
+    }
+}

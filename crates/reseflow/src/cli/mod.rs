@@ -1,0 +1,9 @@
+//! The command line: raw arguments in, checked options out.
+
+mod args;
+mod parse;
+
+pub use args::{
+    Cli, Command, DeviceArg, EvalArgs, GenArgs, InspectArgs, PredictArgs, RolloutArgs, RunArgs, SplitArg, TrainArgs,
+};
+pub use parse::{Parsed, parse};

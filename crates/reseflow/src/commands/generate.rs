@@ -1,0 +1,85 @@
+//! `reseflow gen`: the expert's demonstrations as a data-set file.
+
+use serde::Serialize;
+
+use crate::cli::GenArgs;
+use crate::demonstrations::{self, DemonstrationRequest, ReplayCheck};
+use crate::output::{OutputFile, Table, Terminal};
+use crate::rollouts::{PictureBook, Witness, find_task};
+
+/// Episodes in the preview.
+const PREVIEW_EPISODES: usize = 4;
+
+#[derive(Debug, Serialize)]
+struct GenReport {
+    out: String,
+    task: String,
+    split: String,
+    seed: u64,
+    episodes: usize,
+    attempts_dropped: u64,
+    secs: f64,
+    replay: Option<ReplayCheck>,
+    preview: Option<String>,
+}
+
+/// Runs the command.
+pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()> {
+    let task = find_task(&args.task)?;
+    let out = OutputFile::claim(&args.out)?;
+    let preview = args.preview.as_deref().map(OutputFile::claim).transpose()?;
+
+    let request = DemonstrationRequest { split: args.split.into(), seed: args.seed, episodes: args.episodes };
+    let progress = terminal.progress("episodes", args.episodes as u64);
+    let dataset = demonstrations::record(task.as_ref(), &request, &|| progress.advance())?;
+    let secs = progress.finish();
+    dataset.write(out.path())?;
+
+    let mut witness = Witness::default();
+    if preview.is_some() {
+        witness.episodes = PREVIEW_EPISODES;
+        witness.pictures = Some(PictureBook::new("stored actions replayed", &task.spec()));
+    }
+    let mut replay = None;
+    if args.verify_replay || preview.is_some() {
+        let episodes = if args.verify_replay { args.episodes } else { PREVIEW_EPISODES.min(args.episodes) };
+        let progress = terminal.progress("replays", episodes as u64);
+        let check = demonstrations::replay(task.as_ref(), out.path(), episodes, &mut witness, &|| progress.advance())?;
+        progress.finish();
+        replay = args.verify_replay.then_some(check);
+    }
+    if let (Some(file), Some(pictures)) = (&preview, &witness.pictures) {
+        file.write(&pictures.png()?)?;
+    }
+
+    let report = GenReport {
+        out: args.out.display().to_string(),
+        task: args.task.clone(),
+        split: request.split.to_string(),
+        seed: args.seed,
+        episodes: dataset.len(),
+        attempts_dropped: dataset.meta.as_ref().map_or(0, |meta| meta.attempts_dropped),
+        secs,
+        replay,
+        preview: args.preview.as_ref().map(|path| path.display().to_string()),
+    };
+    terminal.say(report.table());
+    terminal.machine(&report)
+}
+
+impl GenReport {
+    fn table(&self) -> Table {
+        let mut table = Table::new(["data set", &self.out]);
+        table.row(["episodes".to_owned(), format!("{} ({}, {}, seed {})", self.episodes, self.task, self.split, self.seed)]);
+        table.row(["attempts dropped".to_owned(), self.attempts_dropped.to_string()]);
+        table.row(["time".to_owned(), format!("{:.1} s", self.secs)]);
+        if let Some(ReplayCheck { episodes, successes, success_low, success_high }) = self.replay {
+            let text = format!("{successes} of {episodes} (95 %: {success_low:.3} to {success_high:.3})");
+            table.row(["replayed open loop".to_owned(), text]);
+        }
+        if let Some(preview) = &self.preview {
+            table.row(["picture".to_owned(), preview.clone()]);
+        }
+        table
+    }
+}

@@ -1,0 +1,208 @@
+//! Running E episodes of a task with one policy.
+
+use rayon::prelude::*;
+use reseflow_data::{
+    Action, EpisodeKey, EpisodeObserver, IgnoreEvents, McapLog, Observation, Outcome, Plan, Policy, RolloutConfig,
+    Scene, Split, Task, TaskError, TaskSpec, Tick, rollout,
+};
+use reseflow_sim::{Scripted, Still};
+
+use super::{FIRST_SEED, PictureBook};
+
+/// How often a scene may be drawn anew where a key gives none.
+const MAX_DRAWS: u32 = 20;
+
+/// Who acts.
+pub enum Actor<'a> {
+    /// Somebody who needs no network; episodes then run in parallel.
+    Scripted(Script<'a>),
+    /// A learned policy.
+    Learned(&'a mut dyn Policy),
+}
+
+/// Who acts without a network.
+pub enum Script<'a> {
+    /// The scene's own expert.
+    Expert,
+    /// Nobody: the gripper stays where it is.
+    Still,
+    /// The stored actions of episode `i`, open loop, in the scene that `keys[i]` names.
+    Replay {
+        /// Which scenes.
+        keys: &'a [EpisodeKey],
+        /// The commands of each.
+        actions: Vec<Vec<Action>>,
+    },
+}
+
+/// Which episodes, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RolloutRequest {
+    /// The split.
+    pub split: Split,
+    /// The user's seed.
+    pub seed: u64,
+    /// Episodes E.
+    pub episodes: usize,
+    /// Observation frames O.
+    pub observation_horizon: usize,
+    /// Actions executed before the policy plans again.
+    pub n_action_steps: usize,
+    /// Whether the object is pushed in the middle of each episode.
+    pub disturb: bool,
+}
+
+/// How one episode went.
+#[derive(Debug, Clone)]
+pub struct EpisodeResult {
+    /// The scene's key.
+    pub key: EpisodeKey,
+    /// The policy's noise seed.
+    pub policy_seed: u64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Action steps executed.
+    pub steps: usize,
+    /// Wall-clock seconds of each call to the policy.
+    pub plan_secs: Vec<f64>,
+}
+
+/// Watches the first `episodes` episodes.
+#[derive(Default)]
+pub struct Witness {
+    /// How many it watches.
+    pub episodes: usize,
+    /// Writes them down.
+    pub log: Option<McapLog>,
+    /// Takes pictures of them.
+    pub pictures: Option<PictureBook>,
+}
+
+impl EpisodeObserver for Witness {
+    fn on_observation(&mut self, step: usize, observation: &Observation, scene: &dyn Scene) {
+        self.log.iter_mut().for_each(|log| log.on_observation(step, observation, scene));
+        self.pictures.iter_mut().for_each(|book| book.on_observation(step, observation, scene));
+    }
+
+    fn on_plan(&mut self, step: usize, plan: &Plan) {
+        self.log.iter_mut().for_each(|log| log.on_plan(step, plan));
+    }
+
+    fn on_tick(&mut self, tick: &Tick, scene: &mut dyn Scene) {
+        self.log.iter_mut().for_each(|log| log.on_tick(tick, scene));
+        self.pictures.iter_mut().for_each(|book| book.on_tick(tick, scene));
+    }
+
+    fn on_outcome(&mut self, outcome: &Outcome) {
+        self.log.iter_mut().for_each(|log| log.on_outcome(outcome));
+        self.pictures.iter_mut().for_each(|book| book.on_outcome(outcome));
+    }
+}
+
+/// Runs the episodes; the result is in the order of their indices and does not depend on the number of threads.
+///
+/// `progress` is called once for each finished episode, from any thread.
+///
+/// # Errors
+/// A scene that cannot be set up or a policy that cannot plan.
+pub fn run_episodes(
+    task: &dyn Task,
+    request: &RolloutRequest,
+    actor: &mut Actor<'_>,
+    witness: &mut Witness,
+    progress: &(dyn Fn() + Sync),
+) -> anyhow::Result<Vec<EpisodeResult>> {
+    let runner = Runner { task, spec: task.spec(), request, progress };
+    let watched = witness.episodes.min(request.episodes);
+    match actor {
+        Actor::Learned(policy) => (0..request.episodes)
+            .map(|index| {
+                let (key, mut scene) = runner.draw(index)?;
+                let observer: &mut dyn EpisodeObserver = if index < watched { witness } else { &mut IgnoreEvents };
+                runner.run(index, key, scene.as_mut(), *policy, observer)
+            })
+            .collect(),
+        Actor::Scripted(script) => {
+            let script: &Script<'_> = script;
+            let mut results = Vec::with_capacity(request.episodes);
+            for index in 0..watched {
+                results.push(runner.run_scripted(index, script, witness)?);
+            }
+            let unwatched: anyhow::Result<Vec<EpisodeResult>> = (watched..request.episodes)
+                .into_par_iter()
+                .map(|index| runner.run_scripted(index, script, &mut IgnoreEvents))
+                .collect();
+            results.extend(unwatched?);
+            Ok(results)
+        }
+    }
+}
+
+struct Runner<'a> {
+    task: &'a dyn Task,
+    spec: TaskSpec,
+    request: &'a RolloutRequest,
+    progress: &'a (dyn Fn() + Sync),
+}
+
+impl Runner<'_> {
+    /// The scene of episode `index`.
+    fn draw(&self, index: usize) -> Result<(EpisodeKey, Box<dyn Scene>), TaskError> {
+        let RolloutRequest { split, seed, .. } = *self.request;
+        let mut key = EpisodeKey { task: self.spec.name.clone(), split, seed, index: index as u64, attempt: 0 };
+        loop {
+            match self.task.reset(&key) {
+                Ok(scene) => return Ok((key, scene)),
+                Err(_) if key.attempt + 1 < MAX_DRAWS => key.attempt += 1,
+                Err(fault) => return Err(fault),
+            }
+        }
+    }
+
+    fn run_scripted(
+        &self,
+        index: usize,
+        script: &Script<'_>,
+        observer: &mut dyn EpisodeObserver,
+    ) -> anyhow::Result<EpisodeResult> {
+        if let Script::Replay { keys, actions } = script {
+            let mut scene = self.task.reset(&keys[index])?;
+            let mut replay = Scripted::new("replay", actions[index].clone());
+            return self.run(index, keys[index].clone(), scene.as_mut(), &mut replay, observer);
+        }
+        let (key, mut scene) = self.draw(index)?;
+        match script {
+            Script::Expert => {
+                let mut expert = scene.expert();
+                self.run(index, key, scene.as_mut(), expert.as_mut(), observer)
+            }
+            _ => self.run(index, key, scene.as_mut(), &mut Still, observer),
+        }
+    }
+
+    fn run(
+        &self,
+        index: usize,
+        key: EpisodeKey,
+        scene: &mut dyn Scene,
+        policy: &mut dyn Policy,
+        observer: &mut dyn EpisodeObserver,
+    ) -> anyhow::Result<EpisodeResult> {
+        let policy_seed = FIRST_SEED + index as u64;
+        let config = RolloutConfig {
+            observation_horizon: self.request.observation_horizon,
+            n_action_steps: self.request.n_action_steps,
+            disturb_before: self.request.disturb.then_some(self.spec.action_steps / 2),
+            policy_seed,
+        };
+        let record = rollout(scene, &self.spec, policy, &config, observer)?;
+        (self.progress)();
+        Ok(EpisodeResult {
+            key,
+            policy_seed,
+            outcome: record.outcome,
+            steps: record.episode.actions.len(),
+            plan_secs: record.plan_secs,
+        })
+    }
+}

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_folder_a_folder_and_a_device_are_refused() {
+    fn a_missing_folder_a_folder_and_a_socket_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("nowhere").join("a.txt");
         let message = write_atomically(&missing, |_| Ok(())).unwrap_err().to_string();
@@ -114,7 +114,12 @@ mod tests {
         let message = write_atomically(&occupied.join("a.txt"), |_| Ok(())).unwrap_err().to_string();
         assert!(message.ends_with("file is not a folder"), "{message}");
         #[cfg(unix)]
-        assert!(write_atomically(Path::new("/dev/null"), |_| Ok(())).is_err());
+        {
+            let socket = folder.path().join("socket");
+            let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+            let message = write_atomically(&socket, |_| Ok(())).unwrap_err().to_string();
+            assert!(message.ends_with("is not a regular file, so it cannot be written"), "{message}");
+        }
     }
 
     #[cfg(unix)]

@@ -80,7 +80,7 @@ pub(super) fn dtype_name(descr: &str) -> String {
         return "object (pickled)".to_owned();
     }
     let plain = descr.trim_start_matches(['<', '>', '|', '=']);
-    let (kind, size) = plain.split_at(plain.len().min(1));
+    let (kind, size) = plain.split_at_checked(1).unwrap_or((plain, ""));
     let bits = size.parse::<u32>().ok().and_then(|bytes| bytes.checked_mul(8));
     match (kind, bits) {
         ("b", _) => "bool".to_owned(),
@@ -237,5 +237,6 @@ mod tests {
         assert_eq!(dtype_name("|O"), "object (pickled)");
         assert_eq!(dtype_name("<U5"), "<U5");
         assert_eq!(dtype_name(""), "");
+        assert_eq!(dtype_name("\u{fffd}f4"), "\u{fffd}f4", "a damaged header may hold anything");
     }
 }

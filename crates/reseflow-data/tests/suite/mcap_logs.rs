@@ -5,6 +5,7 @@ use std::path::Path;
 
 use foxglove::Decode;
 use foxglove::messages as fox;
+use proptest::prelude::*;
 use reseflow_data::{EpisodeObserver, Halt, McapLog, McapSummary, RolloutConfig, Scene, rollout};
 
 use crate::point_scene::{Diary, PointScene, TICK_NANOS, WaypointPolicy, spec};
@@ -240,5 +241,24 @@ fn what_is_no_log_is_refused() {
     for length in (mcap::MAGIC.len()..whole.len()).step_by(97) {
         std::fs::write(&path, &whole[..length]).unwrap();
         assert!(message(&path).contains("is a broken MCAP file, perhaps cut off"), "cut to {length} bytes");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+    #[test]
+    fn any_byte_may_be_wrong_without_a_panic(at: prop::sample::Index, byte: u8) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.mcap");
+        let mut log = McapLog::create(&path).unwrap();
+        record(&mut log, |_, _| {});
+        log.finish().unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let at = at.index(bytes.len());
+        bytes[at] = byte;
+        std::fs::write(&path, &bytes).unwrap();
+        if let Err(fault) = McapSummary::read(&path) {
+            prop_assert!(fault.to_string().contains("log.mcap: is "), "{}", fault);
+        }
     }
 }

@@ -80,6 +80,8 @@ pub(crate) fn inverse_jacobian_square(theta: f64) -> f64 {
 mod tests {
     use super::*;
 
+    type Coefficient = fn(f64) -> f64;
+
     /// Computed with 60 digits by `scripts/lie_golden.py`, on both sides of the switch at π.
     #[test]
     fn coefficients_agree_with_sixty_digit_arithmetic() {
@@ -87,7 +89,7 @@ mod tests {
             serde_json::from_str(include_str!("../tests/golden/lie.json")).unwrap();
         let entries = golden["coefficients"].as_array().unwrap();
         assert!(entries.len() >= 20);
-        let functions: [(&str, fn(f64) -> f64); 5] = [
+        let functions: [(&str, Coefficient); 5] = [
             ("one_minus_cos_over_square", one_minus_cos_over_square),
             ("theta_minus_sin_over_cube", theta_minus_sin_over_cube),
             ("second_order_coupling", second_order_coupling),

@@ -107,7 +107,8 @@ pub(crate) fn close(got: &DMatrix<f64>, want: &DMatrix<f64>, tolerance: f64) -> 
 
 /// [`close`] for vectors.
 pub(crate) fn close_vectors(got: &DVector<f64>, want: &DVector<f64>, tolerance: f64) -> TestCaseResult {
-    close(&DMatrix::from_columns(&[got.clone()]), &DMatrix::from_columns(&[want.clone()]), tolerance)
+    let column = |vector: &DVector<f64>| DMatrix::from_column_slice(vector.len(), 1, vector.as_slice());
+    close(&column(got), &column(want), tolerance)
 }
 
 #[test]

@@ -1,9 +1,13 @@
 //! What an MCAP file holds, in figures: topics, counts, times and their spacing. Reads anyone's files, not only ours.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-use mcap::MessageStream;
+use mcap::McapError;
+use mcap::io::MessageReader;
+use mcap::sans_io::LinearReaderOptions;
 use serde::{Deserialize, Serialize};
 
 use crate::DataError;
@@ -53,18 +57,30 @@ impl McapSummary {
     /// Reads a whole MCAP file and sums it up.
     ///
     /// # Errors
-    /// When the file cannot be read, is not MCAP, or is cut off or damaged.
+    /// When the file cannot be read, is not MCAP, is cut off or damaged, or is compressed (logs of ours are not).
     pub fn read(path: impl AsRef<Path>) -> Result<Self, DataError> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|source| DataError::io(path, source))?;
-        if !bytes.starts_with(mcap::MAGIC) {
+        let io_error = |source| DataError::io(path, source);
+        let mut file = File::open(path).map_err(io_error)?;
+        let length = file.metadata().map_err(io_error)?.len();
+        let mut magic = Vec::new();
+        (&mut file).take(mcap::MAGIC.len() as u64).read_to_end(&mut magic).map_err(io_error)?;
+        if magic != mcap::MAGIC {
             return Err(DataError::invalid(path, "is not an MCAP file (it does not start like one)"));
         }
-        let broken = |fault: mcap::McapError| {
-            DataError::invalid(path, format!("is a broken MCAP file, perhaps cut off ({fault})"))
+        file.rewind().map_err(io_error)?;
+        let broken = |fault: McapError| match fault {
+            McapError::Io(source) => io_error(source),
+            fault => DataError::invalid(path, format!("is a broken MCAP file, perhaps cut off ({fault})")),
         };
+        // Checksums come first, because the library does arithmetic on the lengths that a chunk states.
+        let options = LinearReaderOptions::default()
+            .with_prevalidate_chunk_crcs(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_record_length_limit(usize::try_from(length).unwrap_or(usize::MAX));
         let mut topics: BTreeMap<String, Times> = BTreeMap::new();
-        for message in MessageStream::new(&bytes).map_err(broken)? {
+        for message in MessageReader::new_with_options(BufReader::new(file), options) {
             let message = message.map_err(broken)?;
             let channel = &message.channel;
             let times = topics.entry(channel.topic.clone()).or_insert_with(|| Times {

@@ -259,14 +259,15 @@ fn damage_is_noticed() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
     #[test]
-    fn any_byte_may_be_wrong_without_a_panic(at: prop::sample::Index, byte: u8) {
+    fn a_wrong_byte_is_noticed_or_does_not_matter(at: prop::sample::Index, byte: u8) {
         let (_folder, path) = Members::valid().write();
+        let intact = Dataset::read(&path).unwrap();
         let mut bytes = std::fs::read(&path).unwrap();
         let at = at.index(bytes.len());
         bytes[at] = byte;
         std::fs::write(&path, &bytes).unwrap();
         match Dataset::read(&path) {
-            Ok(read) => prop_assert_eq!((read.len(), read.steps(), read.points()), (2, 3, 4)),
+            Ok(read) => prop_assert_eq!(read, intact, "damage that no checksum noticed"),
             Err(fault) => prop_assert!(fault.to_string().contains("demo.npz: ")),
         }
     }

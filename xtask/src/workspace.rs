@@ -37,6 +37,16 @@ pub(crate) struct Package {
 pub(crate) struct Dependency {
     /// The name of the package, whatever it is renamed to.
     pub(crate) name: String,
+    /// `dev` or `build`; none for a normal one.
+    #[serde(default)]
+    pub(crate) kind: Option<String>,
+}
+
+impl Dependency {
+    /// Whether only tests, examples and benches see it.
+    pub(crate) fn is_dev(&self) -> bool {
+        self.kind.as_deref() == Some("dev")
+    }
 }
 
 /// Something that cargo builds: a library, a binary, a test, a bench.

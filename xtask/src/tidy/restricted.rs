@@ -1,4 +1,6 @@
 //! Large dependencies stay behind the crate that owns them, so that replacing one changes one room.
+//!
+//! Dev-dependencies are free: a test may look at a file through a reader that is not ours.
 
 use super::Complaint;
 use crate::workspace::Metadata;
@@ -29,11 +31,11 @@ const RESTRICTIONS: &[Restriction] = &[
 /// Crates that may use anything: tests look from outside, tooling is no part of the house.
 const FREE: [&str; 2] = ["reseflow-tests", "xtask"];
 
-/// Complains of restricted dependencies, dev-dependencies included, outside their owners.
+/// Complains of restricted dependencies outside their owners.
 pub(crate) fn check(metadata: &Metadata) -> Vec<Complaint> {
     let mut complaints = Vec::new();
     for package in metadata.packages.iter().filter(|package| !FREE.contains(&package.name.as_str())) {
-        for dependency in &package.dependencies {
+        for dependency in package.dependencies.iter().filter(|dependency| !dependency.is_dev()) {
             for Restriction { dependency: pattern, owners } in RESTRICTIONS {
                 if matches(pattern, &dependency.name) && !owners.contains(&package.name.as_str()) {
                     complaints.push(Complaint::new(
@@ -59,10 +61,21 @@ mod tests {
     use super::*;
 
     fn faults(package: &str, dependency: &str) -> usize {
+        faults_of_kind(package, dependency, "null")
+    }
+
+    fn faults_of_kind(package: &str, dependency: &str, kind: &str) -> usize {
+        let dependency = format!(r#"{{"name": "{dependency}", "kind": {kind}}}"#);
         let json = format!(
-            r#"{{"packages": [{{"name": "{package}", "targets": [], "dependencies": [{{"name": "{dependency}"}}]}}]}}"#
+            r#"{{"packages": [{{"name": "{package}", "targets": [], "dependencies": [{dependency}]}}]}}"#
         );
         check(&serde_json::from_str(&json).unwrap()).len()
+    }
+
+    #[test]
+    fn only_dev_dependencies_are_free() {
+        assert_eq!(faults_of_kind("reseflow", "npyz", r#""dev""#), 0);
+        assert_eq!(faults_of_kind("reseflow", "npyz", r#""build""#), 1);
     }
 
     #[test]

@@ -7,8 +7,11 @@ use std::error::Error;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use reseflow_data::{EpisodeKey, EpisodeObserver, Outcome, Policy, RolloutConfig, Scene, Split, Task, Tick, rollout};
-use reseflow_sim::{GenerateRequest, Scripted, Still, TriangleTask, generate};
+use reseflow_data::{
+    Action, Episode, EpisodeKey, EpisodeObserver, Outcome, Policy, RolloutConfig, Scene, Split, Task, Tick, rollout,
+};
+use reseflow_lie::SE3;
+use reseflow_sim::{GenerateRequest, Generated, Scripted, Still, TriangleTask, generate};
 
 /// Collects the depth of every contact, metres.
 #[derive(Default)]
@@ -64,6 +67,20 @@ fn expert_success(task: &TriangleTask, split: Split, seed: u64, episodes: u64) -
     Ok(())
 }
 
+/// Success of the expert's commands with independent errors, as a learned policy makes them.
+fn noisy_success(task: &TriangleTask, made: &Generated, sigma_rad: f64, sigma_m: f64) -> Result<usize, Box<dyn Error>> {
+    let noisy = |(episode, key): (&Episode, &EpisodeKey)| {
+        let mut rng = key.rng("command noise");
+        let disturbed = episode.actions.iter().map(|action| Action {
+            world_from_gripper: SE3::sample_gaussian(&action.world_from_gripper, sigma_rad, sigma_m, &mut rng),
+            opening: action.opening,
+        });
+        run(task, key, Some(Box::new(Scripted::new("noisy", disturbed.collect()))))
+    };
+    let results: Vec<_> = made.episodes.par_iter().zip(&made.keys).map(noisy).collect::<Result<_, _>>()?;
+    Ok(results.iter().filter(|(outcome, _)| outcome.success).count())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let episodes: u64 = std::env::args().nth(1).map_or(Ok(200), |text| text.parse())?;
     let task = TriangleTask::default();
@@ -78,11 +95,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("generate: 100 episodes in {:.1} s, dropped {}", started.elapsed().as_secs_f64(), made.attempts_dropped);
 
     let made = generate(&task, &GenerateRequest::new(Split::Train, 7, episodes as usize), &|| ())?;
-    let replay = |(episode, key): (&reseflow_data::Episode, &EpisodeKey)| {
+    let replay = |(episode, key): (&Episode, &EpisodeKey)| {
         run(&task, key, Some(Box::new(Scripted::new("replay", episode.actions.clone()))))
     };
     let replayed: Vec<_> = made.episodes.par_iter().zip(&made.keys).map(replay).collect::<Result<_, _>>()?;
     println!("replay: {}/{episodes}", replayed.iter().filter(|(outcome, _)| outcome.success).count());
+
+    for (sigma_rad, sigma_m) in [(0.02, 0.001), (0.03, 0.002), (0.05, 0.003), (0.08, 0.005)] {
+        let solved = noisy_success(&task, &made, sigma_rad, sigma_m)?;
+        println!("commands off by {sigma_rad} rad and {} mm on each axis: {solved}/{episodes}", 1e3 * sigma_m);
+    }
 
     let still: Vec<_> =
         made.keys.par_iter().take(100).map(|key| run(&task, key, Some(Box::new(Still)))).collect::<Result<_, _>>()?;

@@ -55,8 +55,8 @@ impl PhysicsSettings {
             contact_recycling: false,
             contact_clustering: false,
             warmstart_joints: true,
-            contact_softness: SpringCoefficients::new(60.0, 5.0),
-            static_contact_softness: SpringCoefficients::new(60.0, 5.0),
+            contact_softness: SpringCoefficients::new(240.0, 1.0),
+            static_contact_softness: SpringCoefficients::new(240.0, 1.0),
             ..IntegrationParameters::default()
         }
     }

@@ -28,6 +28,8 @@ const CORNER_SHARE: f64 = 0.45;
 const GOAL_RAD: f64 = FRAC_PI_2;
 const GOAL_TOLERANCE_RAD: f64 = 0.1;
 const GOAL_TOLERANCE_M: f64 = 0.03;
+/// Held between the pads the prism tilts with the gripper; beyond this it counts as tipped over.
+const TILT_LIMIT_RAD: f64 = 0.3;
 
 /// A running scene.
 pub(super) struct TriangleScene {
@@ -100,11 +102,10 @@ impl Scene for TriangleScene {
         let halt = self.table.hold_still();
         let measure = turned_rad(&self.table.world, self.triangle, &self.start);
         let reached = self.table.world.world_from_body(self.triangle).is_some_and(|now| {
-            // The whole rotation counts, so a prism that stands on a face has not been turned.
-            let goal = self.start.rotation * SO3::exp(&(Vector3::z() * GOAL_RAD));
-            let off_rad = (goal.inverse() * now.rotation).angle();
+            // A prism that stands on a side face has not been turned, whatever its yaw.
+            let tilt_rad = now.rotation.act(&Vector3::z()).z.clamp(-1.0, 1.0).acos();
             let off_m = (now.translation - self.start.translation).norm();
-            off_rad <= GOAL_TOLERANCE_RAD && off_m <= GOAL_TOLERANCE_M
+            (measure - GOAL_RAD).abs() <= GOAL_TOLERANCE_RAD && off_m <= GOAL_TOLERANCE_M && tilt_rad <= TILT_LIMIT_RAD
         });
         Outcome { success: halt.is_none() && reached, measure, measure_name: "turned_rad".to_owned(), halt }
     }

@@ -70,9 +70,9 @@ impl TriangleSetup {
                 rng.random_range(value[0]..=value[1]),
             )
         };
-        let body_color = color([0.05, 0.35], [0.45, 0.9]);
+        let body_color = color([0.20, 0.42], [0.45, 0.9]);
         let corner_color = color([0.85, 1.0], [0.75, 1.0]);
-        let table_color = color([0.03, 0.15], [0.55, 0.9]);
+        let table_color = color([0.02, 0.10], [0.55, 0.9]);
         let spread = if wide {
             ViewSpread { azimuth_rad: [0.25, 0.7], elevation_rad: 0.2, distance_m: 0.1 }
         } else {

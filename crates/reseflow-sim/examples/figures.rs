@@ -8,7 +8,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use reseflow_data::{
-    Action, Episode, EpisodeKey, EpisodeObserver, Outcome, Policy, RolloutConfig, Scene, Split, Task, Tick, rollout,
+    Action, Episode, EpisodeKey, EpisodeObserver, Outcome, Policy, RolloutConfig, Scene, Split, Task, Tick,
+    rollout,
 };
 use reseflow_lie::SE3;
 use reseflow_sim::{GenerateRequest, Generated, Scripted, Still, TriangleTask, generate};
@@ -23,12 +24,20 @@ impl EpisodeObserver for Depths {
     }
 }
 
-fn run(task: &dyn Task, key: &EpisodeKey, policy: Option<Box<dyn Policy>>) -> Result<(Outcome, Vec<f64>), String> {
+fn run(
+    task: &dyn Task,
+    key: &EpisodeKey,
+    policy: Option<Box<dyn Policy>>,
+) -> Result<(Outcome, Vec<f64>), String> {
     let spec = task.spec();
     let mut scene = task.reset(key).map_err(|fault| fault.to_string())?;
     let mut policy = policy.unwrap_or_else(|| scene.expert());
-    let config =
-        RolloutConfig { observation_horizon: 1, n_action_steps: spec.action_steps, disturb_before: None, policy_seed: 0 };
+    let config = RolloutConfig {
+        observation_horizon: 1,
+        n_action_steps: spec.action_steps,
+        disturb_before: None,
+        policy_seed: 0,
+    };
     let mut depths = Depths::default();
     let record = rollout(scene.as_mut(), &spec, policy.as_mut(), &config, &mut depths)
         .map_err(|fault| fault.to_string())?;
@@ -68,11 +77,21 @@ fn expert_success(task: &TriangleTask, split: Split, seed: u64, episodes: u64) -
 }
 
 /// Success of the expert's commands with independent errors, as a learned policy makes them.
-fn noisy_success(task: &TriangleTask, made: &Generated, sigma_rad: f64, sigma_m: f64) -> Result<usize, Box<dyn Error>> {
+fn noisy_success(
+    task: &TriangleTask,
+    made: &Generated,
+    sigma_rad: f64,
+    sigma_m: f64,
+) -> Result<usize, Box<dyn Error>> {
     let noisy = |(episode, key): (&Episode, &EpisodeKey)| {
         let mut rng = key.rng("command noise");
         let disturbed = episode.actions.iter().map(|action| Action {
-            world_from_gripper: SE3::sample_gaussian(&action.world_from_gripper, sigma_rad, sigma_m, &mut rng),
+            world_from_gripper: SE3::sample_gaussian(
+                &action.world_from_gripper,
+                sigma_rad,
+                sigma_m,
+                &mut rng,
+            ),
             opening: action.opening,
         });
         run(task, key, Some(Box::new(Scripted::new("noisy", disturbed.collect()))))
@@ -92,7 +111,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let started = Instant::now();
     let made = generate(&task, &GenerateRequest::new(Split::Train, 7, 100), &|| ())?;
-    println!("generate: 100 episodes in {:.1} s, dropped {}", started.elapsed().as_secs_f64(), made.attempts_dropped);
+    println!(
+        "generate: 100 episodes in {:.1} s, dropped {}",
+        started.elapsed().as_secs_f64(),
+        made.attempts_dropped
+    );
 
     let made = generate(&task, &GenerateRequest::new(Split::Train, 7, episodes as usize), &|| ())?;
     let replay = |(episode, key): (&Episode, &EpisodeKey)| {
@@ -103,11 +126,22 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     for (sigma_rad, sigma_m) in [(0.02, 0.001), (0.03, 0.002), (0.05, 0.003), (0.08, 0.005)] {
         let solved = noisy_success(&task, &made, sigma_rad, sigma_m)?;
-        println!("commands off by {sigma_rad} rad and {} mm on each axis: {solved}/{episodes}", 1e3 * sigma_m);
+        println!(
+            "commands off by {sigma_rad} rad and {} mm on each axis: {solved}/{episodes}",
+            1e3 * sigma_m
+        );
     }
 
-    let still: Vec<_> =
-        made.keys.par_iter().take(100).map(|key| run(&task, key, Some(Box::new(Still)))).collect::<Result<_, _>>()?;
-    println!("standing still: {}/{}", still.iter().filter(|(outcome, _)| outcome.success).count(), still.len());
+    let still: Vec<_> = made
+        .keys
+        .par_iter()
+        .take(100)
+        .map(|key| run(&task, key, Some(Box::new(Still))))
+        .collect::<Result<_, _>>()?;
+    println!(
+        "standing still: {}/{}",
+        still.iter().filter(|(outcome, _)| outcome.success).count(),
+        still.len()
+    );
     Ok(())
 }

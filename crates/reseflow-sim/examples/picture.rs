@@ -6,7 +6,9 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use image::{Rgb, RgbImage};
-use reseflow_data::{EpisodeKey, EpisodeObserver, Observation, PointCloud, RolloutConfig, Scene, Split, Tick, rollout};
+use reseflow_data::{
+    EpisodeKey, EpisodeObserver, Observation, PointCloud, RolloutConfig, Scene, Split, Tick, rollout,
+};
 use reseflow_sim::{overview_camera, render, task};
 
 const WIDTH: u32 = 400;
@@ -84,8 +86,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let key = EpisodeKey { task: name, split: Split::Train, seed: 0, index, attempt: 0 };
     let mut scene = task.reset(&key)?;
     let mut expert = scene.expert();
-    let config =
-        RolloutConfig { observation_horizon: 1, n_action_steps: spec.action_steps, disturb_before: None, policy_seed: 0 };
+    let config = RolloutConfig {
+        observation_horizon: 1,
+        n_action_steps: spec.action_steps,
+        disturb_before: None,
+        policy_seed: 0,
+    };
     let mut album = Album::default();
     rollout(scene.as_mut(), &spec, expert.as_mut(), &config, &mut album)?;
     std::fs::create_dir_all(&folder)?;

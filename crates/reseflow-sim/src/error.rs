@@ -12,7 +12,9 @@ pub enum SimError {
     #[error(transparent)]
     Policy(#[from] PolicyError),
     /// The expert failed at every attempt of one episode.
-    #[error("task {task}: the expert failed {attempts} times in a row at episode {index}, at most {allowed} are allowed")]
+    #[error(
+        "task {task}: the expert failed {attempts} times in a row at episode {index}, at most {allowed} are allowed"
+    )]
     TooManyFailures {
         /// The task's name.
         task: String,

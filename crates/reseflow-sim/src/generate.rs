@@ -72,7 +72,11 @@ pub fn generate(
 }
 
 /// The first attempt at one episode at which the expert succeeds.
-fn demonstrate(task: &dyn Task, request: &GenerateRequest, index: u64) -> Result<(EpisodeKey, Episode), SimError> {
+fn demonstrate(
+    task: &dyn Task,
+    request: &GenerateRequest,
+    index: u64,
+) -> Result<(EpisodeKey, Episode), SimError> {
     let name = task.spec().name;
     for attempt in 0..request.max_attempts {
         let key = EpisodeKey { task: name.clone(), split: request.split, seed: request.seed, index, attempt };

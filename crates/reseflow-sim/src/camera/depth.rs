@@ -33,7 +33,9 @@ pub(super) fn depth_image(camera: &Camera, shapes: &[(&dyn Shape, Pose3)]) -> Ve
     let mut nearest = vec![(f32::INFINITY, usize::MAX); columns * rows];
     for (index, (shape, world_from_shape)) in shapes.iter().enumerate() {
         let sphere = shape.compute_bounding_sphere(world_from_shape);
-        let Some([left, right, top, bottom]) = pixels_around(camera, sphere.center, sphere.radius) else { continue };
+        let Some([left, right, top, bottom]) = pixels_around(camera, sphere.center, sphere.radius) else {
+            continue;
+        };
         let shape_from_world = world_from_shape.inverse();
         let origin = shape_from_world.transform_point(vec3(&camera.world_from_camera.translation));
         for row in top..bottom {
@@ -104,7 +106,8 @@ mod tests {
         let mut plain = Vec::new();
         for row in 0..60 {
             for column in 0..80 {
-                let direction = camera.world_from_camera.rotation.act(&Vector3::from(camera.ray(column, row)));
+                let direction =
+                    camera.world_from_camera.rotation.act(&Vector3::from(camera.ray(column, row)));
                 let ray = Ray::new(vec3(&camera.world_from_camera.translation), vec3(&direction));
                 let depths = shapes.map(|(shape, pose)| shape.cast_ray(&pose, &ray, FAR_M as f32, true));
                 let index = match depths {

@@ -83,7 +83,12 @@ impl Camera {
     /// A camera at `eye` that looks at `target`, with +z of the world up in the image, metres.
     ///
     /// `vertical_view_rad` is the full angle of view from the top to the bottom row.
-    pub fn looking_at(eye: [f64; 3], target: [f64; 3], vertical_view_rad: f64, size_px: [usize; 2]) -> Camera {
+    pub fn looking_at(
+        eye: [f64; 3],
+        target: [f64; 3],
+        vertical_view_rad: f64,
+        size_px: [usize; 2],
+    ) -> Camera {
         let forward = (Vector3::from(target) - Vector3::from(eye)).normalize();
         let level = forward.cross(&Vector3::z());
         // Looking straight down, "up in the image" is undefined; then it is the world's y.
@@ -139,7 +144,8 @@ impl Camera {
     ) -> PointCloud {
         // Rays that meet the table alone give points that the crop would drop: they need not be cast.
         let wants_table = settings.crop_below_m.is_none();
-        let parts: Vec<_> = world.parts().filter(|(part, _)| wants_table || part.role != Role::Table).collect();
+        let parts: Vec<_> =
+            world.parts().filter(|(part, _)| wants_table || part.role != Role::Table).collect();
         let shapes: Vec<_> = parts.iter().map(|(part, pose)| (part.ray_shape.as_ref(), **pose)).collect();
         let hits: Vec<(Hit, [u8; 3])> = depth_image(self, &shapes)
             .into_iter()

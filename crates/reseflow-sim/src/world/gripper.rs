@@ -27,10 +27,10 @@ const PALM_HALF_M: [f64; 3] = [0.022, 0.068, 0.025];
 const PALM_CENTER_Z_M: f64 = TIP_BEYOND_ORIGIN_M - 2.0 * FINGER_HALF_M[2] - PALM_HALF_M[2];
 /// Where a finger's centre lies on the gripper's z axis, metres.
 const FINGER_CENTER_Z_M: f64 = TIP_BEYOND_ORIGIN_M - FINGER_HALF_M[2];
-const PALM_MASS_KG: f64 = 0.6;
-const FINGER_MASS_KG: f64 = 0.15;
+const PALM_MASS_KG: f64 = 0.8;
+const FINGER_MASS_KG: f64 = 0.2;
 /// The natural frequency of the critically damped fingers, rad/s.
-const FINGER_RATE_RAD_S: f64 = 100.0;
+const FINGER_RATE_RAD_S: f64 = 70.0;
 
 /// The bodies of the gripper.
 #[derive(Debug, Clone, Copy)]
@@ -96,9 +96,14 @@ pub(crate) fn drawn_parts(gripper: &Gripper) -> [(&'static str, RigidBodyHandle,
 }
 
 /// Builds a gripper, open, at `world_from_gripper`.
-pub(crate) fn insert(physics: &mut PhysicsWorld, settings: &PhysicsSettings, world_from_gripper: &SE3) -> Gripper {
+pub(crate) fn insert(
+    physics: &mut PhysicsWorld,
+    settings: &PhysicsSettings,
+    world_from_gripper: &SE3,
+) -> Gripper {
     let world_from_palm = pose_from_se3(world_from_gripper);
-    let palm = physics.insert_body(floating_body(world_from_palm, PALM_MASS_KG, PALM_HALF_M, PALM_CENTER_Z_M, 0.0));
+    let palm =
+        physics.insert_body(floating_body(world_from_palm, PALM_MASS_KG, PALM_HALF_M, PALM_CENTER_Z_M, 0.0));
     let fingers = [1.0_f32, -1.0].map(|side| {
         let offset = Vec3::Y * (side * 0.5 * MAX_GAP_M as f32);
         let world_from_finger = world_from_palm.prepend_translation(offset);
@@ -156,7 +161,8 @@ fn finger_state(physics: &PhysicsWorld, gripper: &Gripper) -> [(f64, f64); 2] {
     [(0, 1.0_f32), (1, -1.0)].map(|(index, side)| {
         let finger = &physics.bodies[gripper.fingers[index]];
         let offset = finger.translation() - palm.translation();
-        let relative = finger.velocity_at_point(finger.translation()) - palm.velocity_at_point(finger.translation());
+        let relative =
+            finger.velocity_at_point(finger.translation()) - palm.velocity_at_point(finger.translation());
         (f64::from(side * axis.dot(offset)), f64::from(side * axis.dot(relative)))
     })
 }

@@ -9,12 +9,12 @@ use glamx::{Pose3, Vec3};
 use nalgebra::Vector3;
 use parry3d::shape::SharedShape;
 use rapier3d::prelude::{
-    CoefficientCombineRule, Collider, ColliderBuilder, PhysicsWorld, RigidBody, RigidBodyBuilder, RigidBodyHandle,
+    CoefficientCombineRule, Collider, ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
 };
 use reseflow_data::{Action, Contact, Halt, SceneBody, Shape};
 use reseflow_lie::SE3;
 
-use crate::convert::{se3_from_pose, vec3};
+use crate::convert::{pose_from_se3, se3_from_pose, vec3};
 use crate::mesh::ray_shape;
 use gripper::Gripper;
 use settings::PhysicsSettings;
@@ -54,12 +54,17 @@ pub(crate) struct Part {
     body_from_part: Pose3,
 }
 
+/// A body that a task put on the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Object(usize);
+
 /// What can be seen and measured of the world at the end of a good tick.
 #[derive(Debug, Clone)]
 struct Snapshot {
     world_from_gripper: SE3,
     opening: f64,
     world_from_part: Vec<Pose3>,
+    world_from_object: Vec<SE3>,
 }
 
 /// The physical world.
@@ -83,8 +88,12 @@ impl World {
         physics.integration_parameters = settings.integration_parameters();
         let gripper = gripper::insert(&mut physics, &settings, world_from_gripper);
         let command = Action { world_from_gripper: *world_from_gripper, opening: 1.0 };
-        let snapshot =
-            Snapshot { world_from_gripper: *world_from_gripper, opening: 1.0, world_from_part: Vec::new() };
+        let snapshot = Snapshot {
+            world_from_gripper: *world_from_gripper,
+            opening: 1.0,
+            world_from_part: Vec::new(),
+            world_from_object: Vec::new(),
+        };
         let mut world = World {
             physics,
             settings,
@@ -113,23 +122,37 @@ impl World {
         let pose = Pose3::from_translation(Vec3::new(0.0, 0.0, -TABLE_HALF_THICKNESS_M as f32));
         let (body, _) = self.physics.insert(RigidBodyBuilder::fixed().pose(pose).build(), collider.build());
         self.name_body(body, "table");
-        self.add_part("table", Role::Table, body, Pose3::IDENTITY, Shape::Box { half_extents_m: half }, color);
+        self.add_part(
+            "table",
+            Role::Table,
+            body,
+            Pose3::IDENTITY,
+            Shape::Box { half_extents_m: half },
+            color,
+        );
     }
 
     /// Puts a body on the table. An object that falls off or leaves the table ends the episode.
-    pub(crate) fn add_object(&mut self, name: &str, body: RigidBody, colliders: Vec<Collider>) -> RigidBodyHandle {
-        let handle = self.physics.insert_body(body);
+    pub(crate) fn add_object(
+        &mut self,
+        name: &str,
+        world_from_object: &SE3,
+        body: RigidBodyBuilder,
+        colliders: Vec<Collider>,
+    ) -> Object {
+        let handle = self.physics.insert_body(body.pose(pose_from_se3(world_from_object)).build());
         for collider in colliders {
             self.physics.insert_collider(collider, Some(handle));
         }
         self.name_body(handle, name);
         self.objects.push(handle);
-        handle
+        self.snapshot.world_from_object.push(*world_from_object);
+        Object(self.objects.len() - 1)
     }
 
     /// Gives a body a visible piece, whose frame is the body's.
-    pub(crate) fn add_object_part(&mut self, name: &str, body: RigidBodyHandle, shape: Shape, color: [u8; 3]) {
-        self.add_part(name, Role::Object, body, Pose3::IDENTITY, shape, color);
+    pub(crate) fn add_object_part(&mut self, name: &str, object: Object, shape: Shape, color: [u8; 3]) {
+        self.add_part(name, Role::Object, self.objects[object.0], Pose3::IDENTITY, shape, color);
     }
 
     fn add_part(
@@ -177,21 +200,34 @@ impl World {
         let tick_secs = settings::TICK_NANOS as f64 * 1e-9;
         let rate = start.world_from_gripper.body_twist_to(&command.world_from_gripper) * (1.0 / tick_secs);
         let opening_rate = (command.opening - start.opening) / tick_secs;
-        for substep in 1..=self.settings.substeps {
-            // The end of this substep: the engine's integrator is implicit in the velocity.
+        for substep in 0..self.settings.substeps {
+            // Where the command is now, at the start of the substep: what the reached pose is compared with.
             let now = start.interpolate(command, substep as f64 / self.settings.substeps as f64);
             let palm = &mut self.physics.bodies[self.gripper.palm];
             palm.reset_forces(false);
             palm.reset_torques(false);
-            carriage::add_wrench(&mut self.physics, &self.gripper, &self.settings, &now.world_from_gripper, &rate);
-            gripper::add_finger_forces(&mut self.physics, &self.gripper, &self.settings, now.opening, opening_rate);
+            carriage::add_wrench(
+                &mut self.physics,
+                &self.gripper,
+                &self.settings,
+                &now.world_from_gripper,
+                &rate,
+            );
+            gripper::add_finger_forces(
+                &mut self.physics,
+                &self.gripper,
+                &self.settings,
+                now.opening,
+                opening_rate,
+            );
             self.physics.step();
         }
-        self.snapshot = self.take_snapshot().ok_or(Halt::Diverged)?;
-        self.command = *command;
-        if self.objects.iter().any(|&object| self.left_the_table(object)) {
+        let snapshot = self.take_snapshot().ok_or(Halt::Diverged)?;
+        if snapshot.world_from_object.iter().any(left_the_table) {
             return Err(Halt::ObjectLost);
         }
+        self.snapshot = snapshot;
+        self.command = *command;
         Ok(())
     }
 
@@ -207,16 +243,12 @@ impl World {
         if (0..3).any(|axis| !(REACH_LOW_M[axis]..=REACH_HIGH_M[axis]).contains(&position[axis])) {
             return Err(Halt::OutOfReach);
         }
-        let error = self.snapshot.world_from_gripper.product_displacement_to(&self.command.world_from_gripper);
+        let error =
+            self.snapshot.world_from_gripper.product_displacement_to(&self.command.world_from_gripper);
         if error.linear.norm() > LOST_M || error.angular.norm() > LOST_RAD {
             return Err(Halt::LostTracking);
         }
         Ok(())
-    }
-
-    fn left_the_table(&self, object: RigidBodyHandle) -> bool {
-        let [x, y, z] = self.physics.bodies[object].center_of_mass().to_array().map(f64::from);
-        x.abs() > TABLE_HALF_M || y.abs() > TABLE_HALF_M || z < -TABLE_HALF_THICKNESS_M
     }
 
     /// `None` where the engine left something that is no pose.
@@ -227,26 +259,33 @@ impl World {
             .iter()
             .map(|part| *self.physics.bodies[part.body].position() * part.body_from_part)
             .collect();
+        let world_from_object = self
+            .objects
+            .iter()
+            .map(|&object| se3_from_pose(self.physics.bodies[object].position()))
+            .collect::<Option<Vec<SE3>>>()?;
         let finite = world_from_part.iter().all(Pose3::is_finite);
         let opening = gripper::opening(&self.physics, &self.gripper);
-        finite.then_some(Snapshot { world_from_gripper, opening, world_from_part })
+        finite.then_some(Snapshot { world_from_gripper, opening, world_from_part, world_from_object })
     }
 
-    /// Pushes a body with an impulse through its centre of mass, N s, and one about the vertical, N m s.
-    pub(crate) fn push(&mut self, body: RigidBodyHandle, impulse_n_s: Vector3<f64>, yaw_impulse_nm_s: f64) {
-        let body = &mut self.physics.bodies[body];
+    /// Pushes an object with an impulse through its centre of mass, N s, and one about the vertical, N m s.
+    pub(crate) fn push(&mut self, object: Object, impulse_n_s: Vector3<f64>, yaw_impulse_nm_s: f64) {
+        let body = &mut self.physics.bodies[self.objects[object.0]];
         body.apply_impulse(vec3(&impulse_n_s), true);
         body.apply_torque_impulse(Vec3::Z * yaw_impulse_nm_s as f32, true);
     }
 
     /// What touches what.
     pub(crate) fn contacts(&self) -> Vec<Contact> {
-        contacts::report(&self.physics, |index| self.body_names.get(index as usize).cloned().unwrap_or_default())
+        contacts::report(&self.physics, |index| {
+            self.body_names.get(index as usize).cloned().unwrap_or_default()
+        })
     }
 
-    /// A body's pose.
-    pub(crate) fn world_from_body(&self, body: RigidBodyHandle) -> Option<SE3> {
-        se3_from_pose(self.physics.bodies[body].position())
+    /// An object's pose.
+    pub(crate) fn world_from_object(&self, object: Object) -> SE3 {
+        self.snapshot.world_from_object[object.0]
     }
 
     /// The gripper's reached pose.
@@ -281,4 +320,10 @@ impl World {
         };
         self.parts().filter_map(drawn).collect()
     }
+}
+
+/// Whether an object's origin is beyond the table's edge or under its top.
+fn left_the_table(world_from_object: &SE3) -> bool {
+    let at = world_from_object.translation;
+    at.x.abs() > TABLE_HALF_M || at.y.abs() > TABLE_HALF_M || at.z < -TABLE_HALF_THICKNESS_M
 }

@@ -12,7 +12,10 @@ pub(crate) const TICK_NANOS: i64 = 50_000_000;
 /// How a world is simulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhysicsSettings {
-    /// Physics steps per control tick of 0.05 s, at least 10.
+    /// Physics steps per control tick of 0.05 s, at least 12.
+    ///
+    /// The carriage's and the fingers' dampers are explicit and add up on the palm; with 10 steps they are near their
+    /// limit of stability, and palm and fingers ring against each other.
     pub substeps: usize,
     /// The greatest force of the carriage, newtons.
     pub carriage_force_n: f64,
@@ -29,7 +32,7 @@ pub struct PhysicsSettings {
 impl Default for PhysicsSettings {
     fn default() -> Self {
         Self {
-            substeps: 10,
+            substeps: 16,
             carriage_force_n: 60.0,
             carriage_torque_nm: 6.0,
             carriage_rate_rad_s: 60.0,

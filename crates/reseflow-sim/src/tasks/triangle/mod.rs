@@ -1,7 +1,8 @@
 //! Rotating triangle: grasp a flat triangular prism, one corner coloured, and turn it by π/2 about its centre.
 //!
 //! One pad lies on the coloured corner's edge, the other flat on the face opposite; friction holds. Counter-clockwise
-//! seen from above. Done when the prism has turned by π/2 ± 0.1 rad and its centre is within 3 cm of where it was.
+//! seen from above. Done when the prism has turned by π/2 ± 0.1 rad about the vertical, its centre is within 3 cm of where
+//! it was, and it is not tipped over (0.3 rad: held between the pads it tilts with the gripper).
 
 mod expert;
 mod scene;
@@ -32,6 +33,9 @@ pub struct TriangleTask {
 
 impl TriangleTask {
     /// The scene of a given setup; `key` names the camera's noise.
+    ///
+    /// # Errors
+    /// When the triangle has no volume.
     pub fn scene(&self, setup: TriangleSetup, key: &EpisodeKey) -> Result<Box<dyn Scene>, TaskError> {
         Ok(Box::new(TriangleScene::new(self, setup, key)?))
     }

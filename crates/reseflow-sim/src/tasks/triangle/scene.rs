@@ -6,17 +6,19 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rapier3d::prelude::{CoefficientCombineRule, ColliderBuilder, RigidBodyBuilder, RigidBodyHandle};
-use reseflow_data::{Action, EpisodeKey, Halt, Observation, Outcome, Policy, Scene, SceneBody, TaskError, Tick};
+use rapier3d::prelude::{CoefficientCombineRule, ColliderBuilder, RigidBodyBuilder};
+use reseflow_data::{
+    Action, EpisodeKey, Halt, Observation, Outcome, Policy, Scene, SceneBody, TaskError, Tick,
+};
 use reseflow_lie::{SE3, SO3};
 
 use super::setup::TriangleSetup;
 use super::{NAME, POINTS, TriangleTask, expert};
-use crate::convert::{point3, pose_from_se3};
+use crate::convert::point3;
 use crate::mesh::prism;
 use crate::scripted::Scripted;
 use crate::tabletop::Tabletop;
-use crate::world::World;
+use crate::world::{Object, World};
 
 /// The prism's height, metres.
 pub(super) const HEIGHT_M: f64 = 0.025;
@@ -35,13 +37,18 @@ const TILT_LIMIT_RAD: f64 = 0.3;
 pub(super) struct TriangleScene {
     table: Tabletop,
     setup: TriangleSetup,
-    triangle: RigidBodyHandle,
+    triangle: Object,
     start: SE3,
 }
 
 impl TriangleScene {
-    pub(super) fn new(task: &TriangleTask, setup: TriangleSetup, key: &EpisodeKey) -> Result<Self, TaskError> {
-        let fault = |reason: &str| TaskError { task: NAME.to_owned(), index: key.index, reason: reason.to_owned() };
+    pub(super) fn new(
+        task: &TriangleTask,
+        setup: TriangleSetup,
+        key: &EpisodeKey,
+    ) -> Result<Self, TaskError> {
+        let fault =
+            |reason: &str| TaskError { task: NAME.to_owned(), index: key.index, reason: reason.to_owned() };
         let mut world = World::new(task.physics, &setup.world_from_gripper, setup.table_color);
         let radius = setup.circumradius_m();
         let half = 0.5 * setup.side_m;
@@ -60,8 +67,8 @@ impl TriangleScene {
             .density(DENSITY_KG_M3)
             .friction(FRICTION)
             .friction_combine_rule(CoefficientCombineRule::Max);
-        let body = RigidBodyBuilder::dynamic().pose(pose_from_se3(&start)).can_sleep(false);
-        let triangle = world.add_object("triangle", body.build(), vec![collider.build()]);
+        let body = RigidBodyBuilder::dynamic().can_sleep(false);
+        let triangle = world.add_object("triangle", &start, body, vec![collider.build()]);
 
         // The cut between the coloured corner and the rest, across the median.
         let cut_x = radius - CORNER_SHARE * 1.5 * radius;
@@ -78,8 +85,8 @@ impl TriangleScene {
 }
 
 /// How far the prism's yaw is from its start, rad in (−π/2, 3π/2\] so that the goal lies in the middle.
-fn turned_rad(world: &World, triangle: RigidBodyHandle, start: &SE3) -> f64 {
-    let Some(now) = world.world_from_body(triangle) else { return 0.0 };
+fn turned_rad(world: &World, triangle: Object, start: &SE3) -> f64 {
+    let now = world.world_from_object(triangle);
     let corner = start.rotation.inverse().act(&now.rotation.act(&Vector3::x()));
     (corner.y.atan2(corner.x) + FRAC_PI_2).rem_euclid(TAU) - FRAC_PI_2
 }
@@ -101,12 +108,13 @@ impl Scene for TriangleScene {
     fn judge(&mut self) -> Outcome {
         let halt = self.table.hold_still();
         let measure = turned_rad(&self.table.world, self.triangle, &self.start);
-        let reached = self.table.world.world_from_body(self.triangle).is_some_and(|now| {
-            // A prism that stands on a side face has not been turned, whatever its yaw.
-            let tilt_rad = now.rotation.act(&Vector3::z()).z.clamp(-1.0, 1.0).acos();
-            let off_m = (now.translation - self.start.translation).norm();
-            (measure - GOAL_RAD).abs() <= GOAL_TOLERANCE_RAD && off_m <= GOAL_TOLERANCE_M && tilt_rad <= TILT_LIMIT_RAD
-        });
+        let now = self.table.world.world_from_object(self.triangle);
+        // A prism that stands on a side face has not been turned, whatever its yaw.
+        let tilt_rad = now.rotation.act(&Vector3::z()).angle(&Vector3::z());
+        let off_m = (now.translation - self.start.translation).norm();
+        let reached = (measure - GOAL_RAD).abs() <= GOAL_TOLERANCE_RAD
+            && off_m <= GOAL_TOLERANCE_M
+            && tilt_rad <= TILT_LIMIT_RAD;
         Outcome { success: halt.is_none() && reached, measure, measure_name: "turned_rad".to_owned(), halt }
     }
 

@@ -1,0 +1,187 @@
+//! What every registered task must satisfy, written once (after dm_control's suite tests).
+
+use rayon::prelude::*;
+use reseflow_data::{Episode, IgnoreEvents, Split, Task};
+use reseflow_lie::{SE3, geodesic_distance};
+use reseflow_sim::{GenerateRequest, Generated, Scripted, Still, generate, is_salient, task, tasks};
+
+use crate::support::{digest, key, run, run_observed};
+
+fn every_task(law: impl Fn(&dyn Task)) {
+    assert!(!tasks().is_empty());
+    for name in tasks() {
+        law(task(name).unwrap().as_ref());
+    }
+}
+
+fn demonstrations(task: &dyn Task, split: Split, episodes: usize) -> Generated {
+    generate(task, &GenerateRequest::new(split, 3407, episodes), &|| ()).unwrap()
+}
+
+/// The D̄_geo of predicting, for every episode, the mean of the commands relative to the gripper's first pose.
+fn mean_trajectory_error(episodes: &[Episode]) -> f64 {
+    let start = |episode: &Episode| episode.observations[0].world_from_gripper;
+    let steps = episodes[0].actions.len();
+    let errors = (0..steps).map(|step| {
+        let relative: Vec<SE3> = episodes
+            .iter()
+            .map(|episode| start(episode).inverse() * episode.actions[step].world_from_gripper)
+            .collect();
+        let mean = SE3::frechet_mean(&relative, &vec![1.0; relative.len()]).unwrap();
+        relative.iter().map(|pose| geodesic_distance(&mean, pose).d_geo()).sum::<f64>()
+            / relative.len() as f64
+    });
+    errors.sum::<f64>() / steps as f64
+}
+
+#[test]
+fn the_registry_knows_its_names_and_no_others() {
+    every_task(|task| assert!(tasks().contains(&task.spec().name.as_str())));
+    assert!(task("juggling").is_none());
+}
+
+#[test]
+fn the_specification_holds_in_every_frame() {
+    every_task(|task| {
+        let spec = task.spec();
+        assert_eq!((spec.action_steps, spec.ticks_per_action, spec.tick_nanos), (10, 10, 50_000_000));
+        for split in [Split::Train, Split::Validation, Split::Test, Split::Wide] {
+            let made = demonstrations(task, split, 2);
+            assert_eq!((made.episodes.len(), made.keys.len()), (2, 2));
+            for episode in &made.episodes {
+                assert_eq!((episode.observations.len(), episode.actions.len()), (10, 10));
+                for frame in &episode.observations {
+                    assert_eq!(
+                        (frame.cloud.points.len(), frame.cloud.colors.len()),
+                        (spec.points, spec.points)
+                    );
+                    assert!(frame.cloud.points.iter().flatten().all(|x| x.is_finite() && x.abs() < 1.0));
+                    assert!((0.0..=1.0).contains(&frame.gripper_opening));
+                }
+                assert!(episode.actions.iter().all(|action| (0.0..=1.0).contains(&action.opening)));
+            }
+        }
+    });
+}
+
+#[test]
+fn the_first_frame_shows_what_the_task_is_about() {
+    every_task(|task| {
+        for index in 0..40 {
+            let frame = task.reset(&key(&task.spec().name, Split::Train, 5, index)).unwrap().observe();
+            let salient = frame.cloud.colors.iter().filter(|&&rgb| is_salient(rgb)).count();
+            assert!(
+                (24..=task.spec().points / 2).contains(&salient),
+                "episode {index}: {salient} salient points"
+            );
+        }
+    });
+}
+
+#[test]
+fn starts_vary_and_no_observation_is_constant() {
+    every_task(|task| {
+        let frames: Vec<_> = (0..8)
+            .map(|index| task.reset(&key(&task.spec().name, Split::Train, 5, index)).unwrap().observe())
+            .collect();
+        for (index, frame) in frames.iter().enumerate() {
+            for other in &frames[..index] {
+                assert_ne!(frame.cloud.points, other.cloud.points);
+                assert_ne!(frame.cloud.colors, other.cloud.colors);
+                assert_ne!(frame.world_from_gripper, other.world_from_gripper);
+            }
+        }
+        let episode = &demonstrations(task, Split::Train, 1).episodes[0];
+        for pair in episode.observations.windows(2) {
+            assert_ne!(
+                pair[0].cloud.points, pair[1].cloud.points,
+                "the noise, at least, is new in each frame"
+            );
+            assert_ne!(pair[0].world_from_gripper, pair[1].world_from_gripper);
+        }
+        assert!(episode.observations.iter().any(|frame| frame.gripper_opening < 0.9));
+    });
+}
+
+#[test]
+fn splits_seeds_and_attempts_draw_different_scenes() {
+    every_task(|task| {
+        let name = task.spec().name;
+        let mut keys = [
+            key(&name, Split::Train, 1, 0),
+            key(&name, Split::Test, 1, 0),
+            key(&name, Split::Train, 2, 0),
+            key(&name, Split::Train, 1, 1),
+            key(&name, Split::Train, 1, 0),
+        ];
+        keys[4].attempt = 1;
+        let mut digests: Vec<u64> =
+            keys.iter().map(|key| digest(&task.reset(key).unwrap().observe())).collect();
+        digests.sort_unstable();
+        digests.dedup();
+        assert_eq!(digests.len(), 5);
+    });
+}
+
+#[test]
+fn the_expert_succeeds() {
+    every_task(|task| {
+        let name = task.spec().name;
+        for split in [Split::Test, Split::Wide] {
+            let solved = (0..100_u64)
+                .into_par_iter()
+                .filter(|&index| run(task, &key(&name, split, 17, index), None).outcome.success)
+                .count();
+            assert!(solved >= 99, "{name}, {split}: {solved} of 100");
+        }
+    });
+}
+
+#[test]
+fn stored_actions_succeed_when_replayed() {
+    every_task(|task| {
+        let made = demonstrations(task, Split::Train, 40);
+        let solved = made
+            .episodes
+            .par_iter()
+            .zip(&made.keys)
+            .filter(|(episode, key)| {
+                let mut replay = Scripted::new("replay", episode.actions.clone());
+                run(task, key, Some(&mut replay)).outcome.success
+            })
+            .count();
+        assert_eq!(solved, 40);
+    });
+}
+
+#[test]
+fn standing_still_solves_nothing_and_moves_nothing() {
+    every_task(|task| {
+        for index in 0..20 {
+            let record = run(task, &key(&task.spec().name, Split::Test, 2, index), Some(&mut Still));
+            assert!(!record.outcome.success && record.outcome.halt.is_none());
+            assert!(record.outcome.measure.abs() < 1e-3, "{}", record.outcome.measure);
+        }
+    });
+}
+
+#[test]
+fn the_mean_trajectory_is_a_poor_guess() {
+    every_task(|task| {
+        let error = mean_trajectory_error(&demonstrations(task, Split::Train, 80).episodes);
+        assert!(error >= 0.4, "{}: {error}", task.spec().name);
+    });
+}
+
+#[test]
+fn a_push_changes_the_episode_and_is_survived() {
+    every_task(|task| {
+        let name = task.spec().name;
+        for index in 0..10 {
+            let key = key(&name, Split::Test, 4, index);
+            let pushed = run_observed(task, &key, None, Some(1), &mut IgnoreEvents);
+            assert_eq!(pushed.outcome.halt, None);
+            assert_ne!(pushed.outcome.measure, run(task, &key, None).outcome.measure);
+        }
+    });
+}

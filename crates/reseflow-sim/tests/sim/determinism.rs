@@ -1,0 +1,59 @@
+//! The same seed gives the same bytes: twice, for any thread count, in another process, however often one looks.
+
+use std::process::Command;
+
+use reseflow_data::{EpisodeObserver, Scene, Split, Tick};
+use reseflow_sim::{GenerateRequest, Generated, generate, task};
+
+use crate::support::{digest, key, run, run_observed};
+
+fn made(threads: usize) -> Generated {
+    let request = GenerateRequest { threads: Some(threads), ..GenerateRequest::new(Split::Train, 21, 6) };
+    generate(task("triangle").unwrap().as_ref(), &request, &|| ()).unwrap()
+}
+
+#[test]
+fn thread_counts_change_nothing() {
+    let alone = made(1);
+    for threads in [2, 5] {
+        assert_eq!(alone, made(threads));
+    }
+}
+
+/// Run by `another_process_makes_the_same_bytes`, in a process of its own.
+#[test]
+#[ignore = "prints the digest for another test"]
+fn print_the_digest() {
+    println!("digest={}", digest(&made(2)));
+}
+
+#[test]
+fn another_process_makes_the_same_bytes() {
+    let output = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "determinism::print_the_digest", "--ignored", "--nocapture"])
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let there = text.split("digest=").nth(1).and_then(|rest| rest.split_whitespace().next()).unwrap();
+    assert_eq!(there, digest(&made(2)).to_string());
+}
+
+/// Looks at the scene after every tick, as a log does.
+struct Watcher(usize);
+
+impl EpisodeObserver for Watcher {
+    fn on_tick(&mut self, _tick: &Tick, scene: &mut dyn Scene) {
+        assert_eq!(scene.observe(), scene.observe());
+        self.0 += 1;
+    }
+}
+
+#[test]
+fn looking_changes_nothing() {
+    let task = task("triangle").unwrap();
+    let key = key("triangle", Split::Train, 21, 3);
+    let mut watcher = Watcher(0);
+    let watched = run_observed(task.as_ref(), &key, None, None, &mut watcher);
+    assert_eq!(watcher.0, 100);
+    assert_eq!(watched.episode, run(task.as_ref(), &key, None).episode);
+}

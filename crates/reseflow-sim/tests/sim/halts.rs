@@ -1,0 +1,136 @@
+//! Bad commands and impossible scenes end an episode with a named reason, never with a panic.
+
+use rand::{Rng, RngExt};
+use rayon::prelude::*;
+use reseflow_data::{Action, Halt, Scene, Split, Task};
+use reseflow_lie::{SE3, SO3, Vector3};
+use reseflow_sim::{Scripted, TriangleSetup, TriangleTask, task, tasks};
+
+use crate::support::{key, run};
+
+fn setup() -> TriangleSetup {
+    TriangleSetup::draw(&key("triangle", Split::Train, 1, 1))
+}
+
+fn scene(setup: TriangleSetup) -> Box<dyn Scene> {
+    TriangleTask::default().scene(setup, &key("triangle", Split::Train, 1, 1)).unwrap()
+}
+
+fn command(scene: &mut dyn Scene) -> Action {
+    Action { world_from_gripper: scene.observe().world_from_gripper, opening: 1.0 }
+}
+
+/// The reason for which `bad` is refused; checks that the scene stays as it was and never goes on.
+fn refusal(bad: impl Fn(&mut Action)) -> Halt {
+    let mut scene = scene(setup());
+    let good = command(scene.as_mut());
+    scene.tick(&good).unwrap();
+    let (frame, bodies) = (scene.observe(), scene.bodies());
+    let mut action = good;
+    bad(&mut action);
+    let reason = scene.tick(&action).unwrap_err();
+    assert_eq!((scene.observe(), scene.bodies()), (frame, bodies));
+    assert_eq!(scene.tick(&good).unwrap_err(), reason);
+    let outcome = scene.judge();
+    assert_eq!((outcome.success, outcome.halt), (false, Some(reason)));
+    reason
+}
+
+#[test]
+fn actions_that_are_not_finite_are_refused() {
+    assert_eq!(refusal(|action| action.opening = f64::NAN), Halt::NonFiniteAction);
+    assert_eq!(
+        refusal(|action| action.world_from_gripper.translation.x = f64::INFINITY),
+        Halt::NonFiniteAction
+    );
+}
+
+#[test]
+fn actions_outside_the_workspace_are_refused() {
+    assert_eq!(refusal(|action| action.world_from_gripper.translation.z = 2.0), Halt::OutOfReach);
+    assert_eq!(refusal(|action| action.world_from_gripper.translation.y = -0.9), Halt::OutOfReach);
+}
+
+#[test]
+fn a_jump_loses_the_command() {
+    let mut scene = scene(setup());
+    let mut action = command(scene.as_mut());
+    let turn = SO3::exp(&Vector3::new(3.0, 0.0, 0.0));
+    // No carriage of 6 N m can turn over and back every twentieth of a second.
+    let reason = (0..10).find_map(|_| {
+        action.world_from_gripper.rotation = action.world_from_gripper.rotation * turn;
+        scene.tick(&action).err()
+    });
+    assert_eq!(reason, Some(Halt::LostTracking));
+}
+
+#[test]
+fn a_gripper_that_starts_in_the_table_or_the_triangle_is_refused() {
+    let mut in_table = setup();
+    in_table.world_from_gripper.translation.z = 0.0;
+    let mut in_triangle = setup();
+    let [x, y] = in_triangle.center_m;
+    // One finger, 5 cm off the middle, stands in the prism.
+    let aside = in_triangle.world_from_gripper.rotation.act(&Vector3::new(0.0, 0.05, 0.0));
+    in_triangle.world_from_gripper.translation = Vector3::new(x - aside.x, y - aside.y, 0.03);
+    for setup in [in_table, in_triangle] {
+        let mut scene = scene(setup);
+        let action = command(scene.as_mut());
+        assert_eq!(scene.tick(&action).unwrap_err(), Halt::StartsInCollision);
+    }
+}
+
+#[test]
+fn a_triangle_beyond_the_edge_is_lost() {
+    let mut setup = setup();
+    setup.center_m = [0.46, 0.0];
+    let mut scene = scene(setup);
+    let action = command(scene.as_mut());
+    assert_eq!(scene.tick(&action).unwrap_err(), Halt::ObjectLost);
+}
+
+#[test]
+fn a_triangle_without_size_is_a_fault_of_the_setup() {
+    let mut setup = setup();
+    setup.side_m = 0.0;
+    let fault = TriangleTask::default().scene(setup, &key("triangle", Split::Train, 1, 1)).err().unwrap();
+    assert!(fault.to_string().contains("without volume"), "{fault}");
+}
+
+/// Commands that no sane policy gives: anywhere near the table, openings beyond their range, now and then a NaN.
+fn wild_actions(rng: &mut impl Rng) -> Vec<Action> {
+    let home =
+        SE3::new(SO3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0)), Vector3::new(0.0, 0.0, 0.12));
+    let (spread_rad, spread_m) = (rng.random_range(0.0..1.0), rng.random_range(0.0..0.15));
+    let wild = |_| {
+        let mut action = Action {
+            world_from_gripper: SE3::sample_gaussian(&home, spread_rad, spread_m, rng),
+            opening: rng.random_range(-0.5..=1.5),
+        };
+        if rng.random_range(0..100) == 0 {
+            action.opening = f64::NAN;
+        }
+        action
+    };
+    (0..10).map(wild).collect()
+}
+
+#[test]
+fn wild_actions_end_in_an_outcome() {
+    for name in tasks() {
+        let task: Box<dyn Task> = task(name).unwrap();
+        let halts: Vec<Option<Halt>> = (0..120_u64)
+            .into_par_iter()
+            .map(|index| {
+                let key = key(name, Split::Test, 9, index);
+                let mut policy = Scripted::new("wild", wild_actions(&mut key.rng("wild actions")));
+                let outcome = run(task.as_ref(), &key, Some(&mut policy)).outcome;
+                assert!(outcome.measure.is_finite());
+                outcome.halt
+            })
+            .collect();
+        assert!(halts.iter().any(Option::is_none), "every wild episode was halted: the test is too wild");
+        assert!(halts.contains(&Some(Halt::NonFiniteAction)));
+        assert!(!halts.contains(&Some(Halt::Diverged)), "the engine diverged");
+    }
+}

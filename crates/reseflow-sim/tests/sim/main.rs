@@ -1,0 +1,9 @@
+//! The simulator's integration tests: one binary, every registered task through one conformance suite.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+mod camera;
+mod conformance;
+mod determinism;
+mod halts;
+mod physics;
+mod support;

@@ -38,7 +38,11 @@ pub struct ReplayCheck {
 ///
 /// # Errors
 /// When the simulator cannot set up a scene or the expert keeps failing.
-pub fn record(task: &dyn Task, request: &DemonstrationRequest, progress: &(dyn Fn() + Sync)) -> anyhow::Result<Dataset> {
+pub fn record(
+    task: &dyn Task,
+    request: &DemonstrationRequest,
+    progress: &(dyn Fn() + Sync),
+) -> anyhow::Result<Dataset> {
     let generated =
         generate(task, &GenerateRequest::new(request.split, request.seed, request.episodes), progress)?;
     let spec = task.spec();
@@ -69,9 +73,13 @@ pub fn replay(
     let keys = dataset.meta.as_ref().map(|meta| meta.seeds.as_slice()).unwrap_or_default();
     if keys.len() < episodes || dataset.len() < episodes {
         let place = file.display();
-        return Err(bad_input(format!("{place}: expected {episodes} episodes with their `seeds` in `meta`, got {}", keys.len())));
+        return Err(bad_input(format!(
+            "{place}: expected {episodes} episodes with their `seeds` in `meta`, got {}",
+            keys.len()
+        )));
     }
-    let actions: Vec<Vec<Action>> = dataset.episodes.iter().take(episodes).map(|episode| episode.actions.clone()).collect();
+    let actions: Vec<Vec<Action>> =
+        dataset.episodes.iter().take(episodes).map(|episode| episode.actions.clone()).collect();
     let request = RolloutRequest {
         split: keys.first().map_or(Split::Train, |key| key.split),
         seed: keys.first().map_or(0, |key| key.seed),
@@ -80,7 +88,13 @@ pub fn replay(
         n_action_steps: dataset.steps(),
         disturb: false,
     };
-    let results = run_episodes(task, &request, &mut Actor::Scripted(Script::Replay { keys, actions }), witness, progress)?;
+    let results = run_episodes(
+        task,
+        &request,
+        &mut Actor::Scripted(Script::Replay { keys, actions }),
+        witness,
+        progress,
+    )?;
     let successes = results.iter().filter(|result| result.outcome.success).count();
     let interval = wilson_interval(successes, episodes);
     Ok(ReplayCheck { episodes, successes, success_low: interval.low, success_high: interval.high })

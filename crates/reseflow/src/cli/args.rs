@@ -58,14 +58,26 @@ pub enum SplitArg {
     Test,
     /// Poses, sizes and viewpoints outside the training distribution
     Wide,
+    /// The test split with the whole world turned, gravity included, episode by episode
+    Turned,
+}
+
+impl std::fmt::Display for SplitArg {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            SplitArg::Turned => f.write_str("turned"),
+            other => Split::from(*other).fmt(f),
+        }
+    }
 }
 
 impl From<SplitArg> for Split {
+    /// The split that episodes are drawn from: `turned` is paired with `test`.
     fn from(split: SplitArg) -> Self {
         match split {
             SplitArg::Train => Split::Train,
             SplitArg::Validation => Split::Validation,
-            SplitArg::Test => Split::Test,
+            SplitArg::Test | SplitArg::Turned => Split::Test,
             SplitArg::Wide => Split::Wide,
         }
     }

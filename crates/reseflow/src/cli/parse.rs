@@ -24,7 +24,9 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Parsed {
         Err(error) => match error.kind() {
             ErrorKind::DisplayHelp
             | ErrorKind::DisplayVersion
-            | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => Parsed::Help(error.render().ansi().to_string()),
+            | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+                Parsed::Help(error.render().ansi().to_string())
+            }
             _ => Parsed::Wrong(one_sentence(&error.render().to_string())),
         },
     }
@@ -32,7 +34,10 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Parsed {
 
 /// clap's message without the usage and the pointer to `--help`, on one line.
 fn one_sentence(rendered: &str) -> String {
-    let end = rendered.find("\nUsage:").or_else(|| rendered.find("\nFor more information")).unwrap_or(rendered.len());
+    let end = rendered
+        .find("\nUsage:")
+        .or_else(|| rendered.find("\nFor more information"))
+        .unwrap_or(rendered.len());
     let text = rendered[..end].trim_start_matches("error:");
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -69,7 +74,10 @@ mod tests {
     fn wrong_arguments_are_one_sentence() {
         let cases = [
             ("reseflow gen --task triangle --episodes 0 --seed 1 --out a.npz", "--episodes"),
-            ("reseflow gen --task triangle --episodes 3 --seed 1 --split tets --out a.npz", "similar value exists: 'test'"),
+            (
+                "reseflow gen --task triangle --episodes 3 --seed 1 --split tets --out a.npz",
+                "similar value exists: 'test'",
+            ),
             ("reseflow eval --checkpoint d --data a.npz --steps 1,0 --out e.json", "--steps"),
             ("reseflow predict --checkpoint d --data a.npz --steps 1 --seeds 0 --out p.npz", "--seeds"),
             ("reseflow inspect a.npz --jsn", "'--json'"),

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::cli::GenArgs;
+use crate::cli::{GenArgs, SplitArg};
 use crate::demonstrations::{self, DemonstrationRequest, ReplayCheck};
 use crate::output::{OutputFile, Table, Terminal};
-use crate::rollouts::{PictureBook, Witness, find_task};
+use crate::rollouts::{PictureBook, Witness, find_split_task};
 
 /// Episodes in the preview.
 const PREVIEW_EPISODES: usize = 4;
@@ -25,37 +25,44 @@ struct GenReport {
 
 /// Runs the command.
 pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()> {
-    let task = find_task(&args.task)?;
+    let task = find_split_task(&args.task, args.split)?;
     let out = OutputFile::claim(&args.out)?;
     let preview = args.preview.as_deref().map(OutputFile::claim).transpose()?;
 
     let request = DemonstrationRequest { split: args.split.into(), seed: args.seed, episodes: args.episodes };
     let progress = terminal.progress("episodes", args.episodes as u64);
-    let dataset = demonstrations::record(task.as_ref(), &request, &|| progress.advance())?;
+    let mut dataset = demonstrations::record(task.as_ref(), &request, &|| progress.advance())?;
     let secs = progress.finish();
+    if args.split == SplitArg::Turned
+        && let Some(meta) = &mut dataset.meta
+    {
+        meta.extra.insert("turned".to_owned(), true.into());
+    }
     dataset.write(out.path())?;
 
     let mut witness = Witness::default();
     if preview.is_some() {
-        witness.episodes = PREVIEW_EPISODES;
-        witness.pictures = Some(PictureBook::new("stored actions replayed", &task.spec()));
+        let pictures = PictureBook::new("stored actions replayed", &task.spec());
+        witness = witness.with_pictures(pictures, PREVIEW_EPISODES);
     }
     let mut replay = None;
     if args.verify_replay || preview.is_some() {
         let episodes = if args.verify_replay { args.episodes } else { PREVIEW_EPISODES.min(args.episodes) };
         let progress = terminal.progress("replays", episodes as u64);
-        let check = demonstrations::replay(task.as_ref(), out.path(), episodes, &mut witness, &|| progress.advance())?;
+        let check = demonstrations::replay(task.as_ref(), out.path(), episodes, &mut witness, &|| {
+            progress.advance()
+        })?;
         progress.finish();
         replay = args.verify_replay.then_some(check);
     }
-    if let (Some(file), Some(pictures)) = (&preview, &witness.pictures) {
+    if let (Some(file), Some(pictures)) = (&preview, witness.finish()?) {
         file.write(&pictures.png()?)?;
     }
 
     let report = GenReport {
         out: args.out.display().to_string(),
         task: args.task.clone(),
-        split: request.split.to_string(),
+        split: args.split.to_string(),
         seed: args.seed,
         episodes: dataset.len(),
         attempts_dropped: dataset.meta.as_ref().map_or(0, |meta| meta.attempts_dropped),
@@ -69,16 +76,20 @@ pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()>
 
 impl GenReport {
     fn table(&self) -> Table {
-        let mut table = Table::new(["data set", &self.out]);
-        table.row(["episodes".to_owned(), format!("{} ({}, {}, seed {})", self.episodes, self.task, self.split, self.seed)]);
-        table.row(["attempts dropped".to_owned(), self.attempts_dropped.to_string()]);
-        table.row(["time".to_owned(), format!("{:.1} s", self.secs)]);
+        let mut table = Table::facts("data set", &self.out);
+        table.fact(
+            "episodes",
+            format!("{} ({}, {}, seed {})", self.episodes, self.task, self.split, self.seed),
+        );
+        table.fact("attempts dropped", self.attempts_dropped);
+        table.fact("time", format!("{:.1} s", self.secs));
         if let Some(ReplayCheck { episodes, successes, success_low, success_high }) = self.replay {
-            let text = format!("{successes} of {episodes} (95 %: {success_low:.3} to {success_high:.3})");
-            table.row(["replayed open loop".to_owned(), text]);
+            let text =
+                format!("{successes} of {episodes} solved (95 %: {success_low:.3} to {success_high:.3})");
+            table.fact("replayed open loop", text);
         }
         if let Some(preview) = &self.preview {
-            table.row(["picture".to_owned(), preview.clone()]);
+            table.fact("picture", preview);
         }
         table
     }

@@ -38,14 +38,17 @@ pub(super) fn execute(args: &InspectArgs, terminal: &Terminal) -> anyhow::Result
 
 fn read(path: &Path) -> anyhow::Result<Contents> {
     let mut start = [0; 8];
-    let mut file = std::fs::File::open(path).map_err(|source| DataError::Io { path: path.to_owned(), source })?;
+    let mut file =
+        std::fs::File::open(path).map_err(|source| DataError::Io { path: path.to_owned(), source })?;
     let length = file.read(&mut start).map_err(|source| DataError::Io { path: path.to_owned(), source })?;
     match &start[..length] {
         [0x89, b'M', b'C', b'A', b'P', ..] => Ok(Contents::Log(McapSummary::read(path)?)),
         [b'P', b'K', ..] => read_npz(path),
         _ => {
             let place = path.display();
-            Err(bad_input(format!("{place}: neither an npz archive nor an MCAP log, expected one of the two")))
+            Err(bad_input(format!(
+                "{place}: neither an npz archive nor an MCAP log, expected one of the two"
+            )))
         }
     }
 }
@@ -60,16 +63,23 @@ fn read_npz(path: &Path) -> anyhow::Result<Contents> {
         Ok(predictions) => {
             let seeds = predictions.chunks.first().map_or(0, Vec::len);
             let horizon = predictions.chunks.first().and_then(|of| of.first()).map_or(0, |chunk| chunk.len());
-            Ok(Contents::Predictions(PredictionSummary { episodes: predictions.chunks.len(), seeds, horizon }))
+            Ok(Contents::Predictions(PredictionSummary {
+                episodes: predictions.chunks.len(),
+                seeds,
+                horizon,
+            }))
         }
         Err(_) => Err(data_set.into()),
     }
 }
 
 fn data_set_table(path: &Path, summary: &DatasetSummary) -> Table {
-    let mut table = Table::new(["data set", &path.display().to_string()]);
-    let mut row = |name: &str, value: String| table.row([name.to_owned(), value]);
-    row("episodes E / steps T / points N", format!("{} / {} / {}", summary.episodes, summary.steps, summary.points));
+    let mut table = Table::facts("data set", &path.display().to_string());
+    let mut row = |name: &str, value: String| table.fact(name, value);
+    row(
+        "episodes E / steps T / points N",
+        format!("{} / {} / {}", summary.episodes, summary.steps, summary.points),
+    );
     if let Some(meta) = &summary.meta {
         let split = meta.split.map_or_else(|| "unknown split".to_owned(), |split| split.to_string());
         row("task", format!("{} ({split})", meta.task));
@@ -103,19 +113,21 @@ fn data_set_table(path: &Path, summary: &DatasetSummary) -> Table {
 }
 
 fn prediction_table(path: &Path, summary: &PredictionSummary) -> Table {
-    let mut table = Table::new(["predictions", &path.display().to_string()]);
-    table.row(["episodes E".to_owned(), summary.episodes.to_string()]);
-    table.row(["noise seeds S".to_owned(), summary.seeds.to_string()]);
-    table.row(["horizon L".to_owned(), summary.horizon.to_string()]);
+    let mut table = Table::facts("predictions", &path.display().to_string());
+    table.fact("episodes E", summary.episodes);
+    table.fact("noise seeds S", summary.seeds);
+    table.fact("horizon L", summary.horizon);
     table
 }
 
 fn log_table(path: &Path, summary: &McapSummary) -> Table {
     let name = path.display().to_string();
-    let mut table = Table::new([&name, "schema", "messages", "from (s)", "to (s)", "spacing (ms)"]);
+    let mut table = Table::figures([&name, "schema", "messages", "from (s)", "to (s)", "spacing (ms)"]);
     let secs = |nanos: u64| format!("{:.3}", nanos as f64 * 1e-9);
     for topic in &summary.topics {
-        let spacing = topic.spacing_nanos.map_or_else(String::new, |[_, median, _]| format!("{:.1}", median as f64 * 1e-6));
+        let spacing = topic
+            .spacing_nanos
+            .map_or_else(String::new, |[_, median, _]| format!("{:.1}", median as f64 * 1e-6));
         table.row([
             topic.topic.clone(),
             topic.schema.clone(),

@@ -1,8 +1,12 @@
 //! One file a command: read what was given, check it, work, report.
 
+mod eval;
 mod generate;
 mod inspect;
+mod predict;
 mod rollout;
+mod run;
+mod train;
 
 use crate::cli::{Cli, Command};
 use crate::output::Terminal;
@@ -17,6 +21,9 @@ pub fn execute(cli: Cli) -> anyhow::Result<()> {
         Command::Gen(args) => generate::execute(&args, &terminal),
         Command::Inspect(args) => inspect::execute(&args, &terminal),
         Command::Rollout(args) => rollout::execute(&args, &terminal),
-        _ => anyhow::bail!("x"),
+        Command::Train(args) => train::execute(&args, &terminal),
+        Command::Predict(args) => predict::execute(&args, &terminal),
+        Command::Eval(args) => eval::execute(&args, &terminal),
+        Command::Run(args) => run::execute(&args, &terminal),
     }
 }

@@ -1,43 +1,68 @@
 //! `reseflow rollout`: a policy in the simulator, counted and logged.
 
-use reseflow_data::McapLog;
+use std::path::Path;
+
+use reseflow_data::Task;
 
 use crate::cli::RolloutArgs;
+use crate::learning::load_policy;
 use crate::output::{OutputFile, Terminal};
+use crate::planned_trainer::{DeviceKind, FlowPolicy};
 use crate::provenance::Provenance;
-use crate::rollouts::{Actor, RolloutReport, RolloutRequest, Script, Witness, find_task, run_episodes};
+use crate::rollouts::{
+    Actor, EpisodeResult, RolloutReport, RolloutRequest, Script, Witness, find_split_task, run_episodes,
+};
 
 /// Runs the command.
 pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result<()> {
-    let task = find_task(&args.task)?;
-    let mut actor = match args.policy.as_str() {
-        "expert" => Actor::Scripted(Script::Expert),
-        _ => Actor::Scripted(Script::Still),
+    let task = find_split_task(&args.task, args.split)?;
+    let device: DeviceKind = args.device.into();
+    let mut learned = match args.policy.as_str() {
+        "expert" | "still" => None,
+        folder => Some(load_policy(Path::new(folder), device)?),
     };
-    let out = OutputFile::claim(&args.out)?;
-    let log = args.mcap.as_deref().map(OutputFile::claim).transpose()?;
+    let observation_horizon = learned.as_ref().map_or(1, FlowPolicy::observation_horizon);
+    let steps = learned.is_some().then_some(args.steps);
+    let mut actor = match (&mut learned, args.policy.as_str()) {
+        (Some(policy), _) => {
+            policy.set_steps(args.steps);
+            Actor::Learned(policy)
+        }
+        (None, "expert") => Actor::Scripted(Script::Expert),
+        (None, _) => Actor::Scripted(Script::Still),
+    };
     let request = RolloutRequest {
         split: args.split.into(),
         seed: args.seed,
         episodes: args.episodes,
-        observation_horizon: 1,
+        observation_horizon,
         n_action_steps: args.n_action_steps,
         disturb: args.disturb,
     };
-    let mut witness = Witness {
-        episodes: if log.is_some() { args.mcap_episodes } else { 0 },
-        log: log.as_ref().map(|file| McapLog::create(file.path())).transpose()?,
-        pictures: None,
-    };
-    let progress = terminal.progress("rollouts", args.episodes as u64);
-    let results = run_episodes(task.as_ref(), &request, &mut actor, &mut witness, &|| progress.advance())?;
-    progress.finish();
-    if let Some(log) = witness.log {
-        log.finish()?;
-    }
-    let provenance = Provenance::gather("cpu");
-    let report = RolloutReport::new(&args.policy, None, &args.task, &request, &results, provenance);
+    let out = OutputFile::claim(&args.out)?;
+    let results = run(args, task.as_ref(), &request, &mut actor, terminal)?;
+    let provenance = Provenance::gather(&format!("{device:?}").to_lowercase());
+    let split = args.split.to_string();
+    let report = RolloutReport::new(&args.policy, steps, &args.task, &split, &request, &results, provenance);
     out.write_json(&report)?;
     terminal.say(report.table());
     terminal.machine(&report)
+}
+
+fn run(
+    args: &RolloutArgs,
+    task: &dyn Task,
+    request: &RolloutRequest,
+    actor: &mut Actor<'_>,
+    terminal: &Terminal,
+) -> anyhow::Result<Vec<EpisodeResult>> {
+    let mut witness = Witness::default();
+    if let Some(path) = &args.mcap {
+        witness = witness.with_log(OutputFile::claim(path)?.path(), args.mcap_episodes)?;
+    }
+    let progress = terminal.progress("rollouts", args.episodes as u64);
+    let results = run_episodes(task, request, actor, &mut witness, &|| progress.advance())?;
+    progress.finish();
+    witness.finish()?;
+    Ok(results)
 }

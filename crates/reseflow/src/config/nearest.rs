@@ -5,7 +5,8 @@ const MIN_SIMILARITY: f64 = 0.6;
 
 /// The candidate most similar to `name`, if one is similar enough.
 pub fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let similarity = |candidate: &str| strsim::normalized_damerau_levenshtein(&name.to_lowercase(), candidate);
+    let similarity =
+        |candidate: &str| strsim::normalized_damerau_levenshtein(&name.to_lowercase(), candidate);
     candidates
         .map(|candidate| (similarity(candidate), candidate))
         .filter(|(score, _)| *score >= MIN_SIMILARITY)

@@ -109,7 +109,9 @@ fn plain_type(expected: &str) -> &str {
 /// `file:line` of the key at `path`, or the override that set it.
 fn locate(path: &[String], text: &str, place: &str, overrides: &[Override]) -> String {
     let key = path.join(".");
-    if let Some(item) = overrides.iter().rev().find(|item| key == item.key() || item.key().starts_with(&format!("{key}."))) {
+    if let Some(item) =
+        overrides.iter().rev().find(|item| key == item.key() || item.key().starts_with(&format!("{key}.")))
+    {
         return format!("--set {}", item.key());
     }
     match line_of_key(path, text) {
@@ -140,7 +142,8 @@ fn line_of(text: &str, offset: usize) -> usize {
 
 /// The known key nearest to `key`: first among its siblings, then anywhere in the configuration.
 fn nearest_key<T: Serialize + Default>(key: &str, parent: &[String], siblings: &[String]) -> Option<String> {
-    let qualified = |name: &str| parent.iter().map(String::as_str).chain([name]).collect::<Vec<_>>().join(".");
+    let qualified =
+        |name: &str| parent.iter().map(String::as_str).chain([name]).collect::<Vec<_>>().join(".");
     if let Some(sibling) = nearest(key, siblings.iter().map(String::as_str)) {
         return Some(qualified(sibling));
     }
@@ -212,13 +215,28 @@ mod tests {
     #[test]
     fn every_fault_names_place_key_and_expectation() {
         let cases = [
-            ("name = 'x'\n\n[train]\nbath_size = 8", "a.toml:4: unknown key `train.bath_size`; did you mean `train.batch_size`?"),
+            (
+                "name = 'x'\n\n[train]\nbath_size = 8",
+                "a.toml:4: unknown key `train.bath_size`; did you mean `train.batch_size`?",
+            ),
             ("batch_size = 8", "a.toml:1: unknown key `batch_size`; did you mean `train.batch_size`?"),
             ("zzz = 8", "a.toml:1: unknown key `zzz`; known keys here: name, train"),
-            ("[train]\nbatch_size = 'eight'", "a.toml:2: `train.batch_size` is string \"eight\", expected a whole number, 0 or more"),
-            ("[train]\nbatch_size = -1", "a.toml:2: `train.batch_size` is integer `-1`, expected a whole number, 0 or more"),
-            ("[train]\nlearning_rate = true", "a.toml:2: `train.learning_rate` is boolean `true`, expected a number"),
-            ("[train]\npath = 'screws'", "a.toml:2: `train.path` is `screws`, expected one of screw, product; did you mean `screw`?"),
+            (
+                "[train]\nbatch_size = 'eight'",
+                "a.toml:2: `train.batch_size` is string \"eight\", expected a whole number, 0 or more",
+            ),
+            (
+                "[train]\nbatch_size = -1",
+                "a.toml:2: `train.batch_size` is integer `-1`, expected a whole number, 0 or more",
+            ),
+            (
+                "[train]\nlearning_rate = true",
+                "a.toml:2: `train.learning_rate` is boolean `true`, expected a number",
+            ),
+            (
+                "[train]\npath = 'screws'",
+                "a.toml:2: `train.path` is `screws`, expected one of screw, product; did you mean `screw`?",
+            ),
             ("train = 3", "a.toml:1: `train` is integer `3`, expected struct Inner"),
         ];
         for (text, expected) in cases {
@@ -229,8 +247,12 @@ mod tests {
 
     #[test]
     fn a_fault_in_an_override_names_the_override() {
-        let expected = "--set train.bath_size: unknown key `train.bath_size`; did you mean `train.batch_size`?";
+        let expected =
+            "--set train.bath_size: unknown key `train.bath_size`; did you mean `train.batch_size`?";
         assert_eq!(fault("", &["train.bath_size=8"]), expected);
-        assert!(fault("", &["train.batch_size=x"]).starts_with("--set train.batch_size: `train.batch_size` is string"));
+        assert!(
+            fault("", &["train.batch_size=x"])
+                .starts_with("--set train.batch_size: `train.batch_size` is string")
+        );
     }
 }

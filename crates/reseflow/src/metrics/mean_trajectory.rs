@@ -18,7 +18,8 @@ impl MeanTrajectory {
     /// When there is no demonstration, or when the poses are scattered so widely that their mean does not converge.
     pub fn fit(demonstrations: &[Episode]) -> Result<Self, LieError> {
         let horizon = demonstrations.iter().map(|episode| episode.actions.len()).max().unwrap_or(0);
-        let gripper_from_action = (0..horizon).map(|step| mean_action(demonstrations, step)).collect::<Result<_, _>>()?;
+        let gripper_from_action =
+            (0..horizon).map(|step| mean_action(demonstrations, step)).collect::<Result<_, _>>()?;
         if horizon == 0 { Err(LieError::EmptyMean) } else { Ok(Self { gripper_from_action }) }
     }
 

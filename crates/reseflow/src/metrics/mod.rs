@@ -10,7 +10,7 @@ mod wilson;
 
 pub use bootstrap::bootstrap_mean_interval;
 pub use mean_trajectory::MeanTrajectory;
-pub use nearest_demonstration::NearestDemonstration;
+pub use nearest_demonstration::{NEAREST_BY, NearestDemonstration};
 pub use scores::Scores;
 pub use statistics::{mean, quantile, std_ddof1};
 pub use trajectory_error::TrajectoryError;

@@ -1,6 +1,6 @@
 //! What a set of predictions scores: K noise seeds × E episodes of trajectory errors, boiled down as the paper does it.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{TrajectoryError, bootstrap_mean_interval, mean, std_ddof1};
 
@@ -8,7 +8,7 @@ use super::{TrajectoryError, bootstrap_mean_interval, mean, std_ddof1};
 ///
 /// "Over seeds" means the standard deviation (n − 1) of the K per-seed means, as in the paper; it is `null` for one seed. "Over
 /// episodes" means that of the E per-episode means.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     /// D̄_geo: mean over actions, episodes and seeds.
     pub d_geo_mean: f64,
@@ -42,12 +42,15 @@ impl Scores {
     /// Aggregates `errors[seed][episode]`; `None` when there is no error at all.
     pub fn aggregate(errors: &[Vec<TrajectoryError>]) -> Option<Self> {
         let all: Vec<&TrajectoryError> = errors.iter().flatten().collect();
-        let over_all = |value: &dyn Fn(&TrajectoryError) -> f64| mean(&all.iter().map(|e| value(e)).collect::<Vec<_>>());
-        let d_geo = |errors: &[TrajectoryError]| mean(&errors.iter().map(TrajectoryError::d_geo).collect::<Vec<_>>());
+        let over_all =
+            |value: &dyn Fn(&TrajectoryError) -> f64| mean(&all.iter().map(|e| value(e)).collect::<Vec<_>>());
+        let d_geo =
+            |errors: &[TrajectoryError]| mean(&errors.iter().map(TrajectoryError::d_geo).collect::<Vec<_>>());
 
         let per_seed: Vec<f64> = errors.iter().filter_map(|of_seed| d_geo(of_seed)).collect();
         let episodes = errors.iter().map(Vec::len).min()?;
-        let of_episode = |e: usize| mean(&errors.iter().map(|of_seed| of_seed[e].d_geo()).collect::<Vec<_>>());
+        let of_episode =
+            |e: usize| mean(&errors.iter().map(|of_seed| of_seed[e].d_geo()).collect::<Vec<_>>());
         let per_episode: Vec<f64> = (0..episodes).filter_map(of_episode).collect();
 
         let horizon = all.iter().map(|error| error.poses.len()).max()?;
@@ -56,7 +59,8 @@ impl Scores {
         };
         let action_mean = |action| of_action(&mut errors.iter().flatten(), action);
         let action_std = |action| {
-            let means: Vec<f64> = errors.iter().filter_map(|of_seed| of_action(&mut of_seed.iter(), action)).collect();
+            let means: Vec<f64> =
+                errors.iter().filter_map(|of_seed| of_action(&mut of_seed.iter(), action)).collect();
             std_ddof1(&means)
         };
         let interval = bootstrap_mean_interval(&per_episode);
@@ -87,16 +91,16 @@ mod tests {
     use reseflow_lie::GeodesicDistance;
 
     fn error(translations_m: [f64; 2]) -> TrajectoryError {
-        let poses: Vec<_> =
-            translations_m.map(|translation_m| GeodesicDistance { rotation_rad: 0.0, translation_m }).to_vec();
+        let poses: Vec<_> = translations_m
+            .map(|translation_m| GeodesicDistance { rotation_rad: 0.0, translation_m })
+            .to_vec();
         TrajectoryError { poses, half_turn_d_geo: translations_m[0], opening: translations_m[1] }
     }
 
     #[test]
     fn aggregates_seeds_episodes_and_actions() {
         // Two seeds, two episodes, two actions. Per-seed means: (1+3+5+7)/4 = 4 and (2+2+2+2)/4 = 2.
-        let errors =
-            [vec![error([1.0, 3.0]), error([5.0, 7.0])], vec![error([2.0, 2.0]), error([2.0, 2.0])]];
+        let errors = [vec![error([1.0, 3.0]), error([5.0, 7.0])], vec![error([2.0, 2.0]), error([2.0, 2.0])]];
         let scores = Scores::aggregate(&errors).unwrap();
         assert_eq!(scores.per_seed, [4.0, 2.0]);
         assert_eq!(scores.d_geo_mean, 3.0);

@@ -63,7 +63,10 @@ mod tests {
         let truth = [action(0.0, 0.0, 1.0), action(0.5, 1.0, 0.0)];
         let predicted = ActionChunk(vec![action(0.3, 0.4, 0.5), action(0.5, 1.0, 0.0)]);
         let error = TrajectoryError::between(&predicted, &truth).unwrap();
-        assert!((error.d_geo() - 0.25).abs() < 1e-12, "3-4-5 at the first action, 0 at the second: {error:?}");
+        assert!(
+            (error.d_geo() - 0.25).abs() < 1e-12,
+            "3-4-5 at the first action, 0 at the second: {error:?}"
+        );
         assert!((error.poses[0].rotation_rad - 0.3).abs() < 1e-12);
         assert!((error.poses[0].translation_m - 0.4).abs() < 1e-12);
         assert!((error.opening - 0.25).abs() < 1e-12);
@@ -79,12 +82,16 @@ mod tests {
         assert!(error.half_turn_d_geo < 1e-9);
         let half = ActionChunk(vec![action(PI, 0.0, 1.0), action(0.5, 1.0, 1.0)]);
         let error = TrajectoryError::between(&half, &truth).unwrap();
-        assert!((error.half_turn_d_geo - PI / 2.0).abs() < 1e-9, "a turn in mid-trajectory is an error: {error:?}");
+        assert!(
+            (error.half_turn_d_geo - PI / 2.0).abs() < 1e-9,
+            "a turn in mid-trajectory is an error: {error:?}"
+        );
     }
 
     #[test]
     fn compares_what_both_have() {
-        let error = TrajectoryError::between(&ActionChunk(vec![action(0.0, 0.0, 1.0); 3]), &[action(0.0, 2.0, 1.0)]);
+        let error =
+            TrajectoryError::between(&ActionChunk(vec![action(0.0, 0.0, 1.0); 3]), &[action(0.0, 2.0, 1.0)]);
         assert_eq!(error.map(|e| e.poses.len()), Some(1));
         assert_eq!(TrajectoryError::between(&ActionChunk::default(), &[action(0.0, 0.0, 1.0)]), None);
     }

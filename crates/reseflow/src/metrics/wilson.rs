@@ -43,7 +43,10 @@ mod tests {
     #[test]
     fn agrees_with_published_values() {
         let interval = wilson_interval(5, 10);
-        assert!((interval.low - 0.2366).abs() < 5e-5 && (interval.high - 0.7634).abs() < 5e-5, "{interval:?}");
+        assert!(
+            (interval.low - 0.2366).abs() < 5e-5 && (interval.high - 0.7634).abs() < 5e-5,
+            "{interval:?}"
+        );
         assert!((wilson_interval(0, 10).high - 0.2775).abs() < 5e-5);
     }
 

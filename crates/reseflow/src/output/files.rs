@@ -26,7 +26,10 @@ impl OutputFile {
     /// Bad input when `path` is a folder, or when its folder cannot be made or written.
     pub fn claim(path: &Path) -> anyhow::Result<Self> {
         if path.exists() && !path.is_file() {
-            return Err(bad_input(format!("{}: is not a regular file, so it cannot be written", path.display())));
+            return Err(bad_input(format!(
+                "{}: is not a regular file, so it cannot be written",
+                path.display()
+            )));
         }
         if path.file_name().is_none() {
             return Err(bad_input(format!("{}: expected the name of a file to write", path.display())));

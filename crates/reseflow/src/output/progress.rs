@@ -73,7 +73,7 @@ impl Progress {
     fn plain_line(&self, done: u64, message: &str) {
         let secs = self.started.elapsed().as_secs_f64();
         let separator = if message.is_empty() { "" } else { ", " };
-        eprintln!("{}: {done}/{} after {secs:.0} s{separator}{message}", self.label, self.total);
+        eprintln!("{}: {done}/{} after {secs:.1} s{separator}{message}", self.label, self.total);
     }
 
     /// Ends the display and returns the seconds that the work took.

@@ -1,6 +1,7 @@
 //! The three curves of a run: error against integration steps, error along the trajectory, training.
 
 use super::{LinePlot, Scale, Series};
+use crate::evaluation::TrivialScores;
 use crate::metrics::Scores;
 
 /// A predictor and what it scores.
@@ -12,9 +13,23 @@ pub struct PredictorCurve<'a> {
     pub scores: &'a Scores,
 }
 
+impl<'a> PredictorCurve<'a> {
+    /// The two trivial predictors.
+    pub fn trivial(scores: &'a TrivialScores) -> [Self; 2] {
+        [
+            Self { label: "mean trajectory", scores: &scores.mean_trajectory },
+            Self { label: "nearest demonstration", scores: &scores.nearest_demonstration },
+        ]
+    }
+}
+
 /// D̄_geo against the number of integration steps, with the standard deviation over noise seeds as a band, beside predictors that
 /// take no steps.
-pub fn d_geo_against_steps(title: &str, rows: &[(usize, &Scores)], trivial: &[PredictorCurve<'_>]) -> LinePlot {
+pub fn d_geo_against_steps(
+    title: &str,
+    rows: &[(usize, &Scores)],
+    trivial: &[PredictorCurve<'_>],
+) -> LinePlot {
     let policy = Series {
         label: "policy (band: ± 1 std over seeds)".to_owned(),
         points: rows.iter().map(|(steps, scores)| (*steps as f64, scores.d_geo_mean)).collect(),
@@ -40,7 +55,11 @@ pub fn d_geo_against_steps(title: &str, rows: &[(usize, &Scores)], trivial: &[Pr
 }
 
 /// D_geo of each action of the trajectory; predictors whose label is among `dashed` are drawn dashed.
-pub fn per_action_error(title: &str, solid: &[PredictorCurve<'_>], dashed: &[PredictorCurve<'_>]) -> LinePlot {
+pub fn per_action_error(
+    title: &str,
+    solid: &[PredictorCurve<'_>],
+    dashed: &[PredictorCurve<'_>],
+) -> LinePlot {
     let series = |predictor: &PredictorCurve<'_>, dashed| Series {
         label: predictor.label.to_owned(),
         points: (1..).map(f64::from).zip(predictor.scores.per_action_mean.iter().copied()).collect(),
@@ -53,7 +72,11 @@ pub fn per_action_error(title: &str, solid: &[PredictorCurve<'_>], dashed: &[Pre
         y_label: "mean D_geo (rad and m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Linear,
-        series: solid.iter().map(|p| series(p, false)).chain(dashed.iter().map(|p| series(p, true))).collect(),
+        series: solid
+            .iter()
+            .map(|p| series(p, false))
+            .chain(dashed.iter().map(|p| series(p, true)))
+            .collect(),
     }
 }
 
@@ -92,7 +115,8 @@ mod tests {
 
     #[test]
     fn a_long_curve_is_thinned_and_keeps_its_mean() {
-        let noisy: Vec<(f64, f64)> = (0..1500).map(|i| (f64::from(i), if i % 2 == 0 { 1.0 } else { 3.0 })).collect();
+        let noisy: Vec<(f64, f64)> =
+            (0..1500).map(|i| (f64::from(i), if i % 2 == 0 { 1.0 } else { 3.0 })).collect();
         let plot = training_curve("t", &[("loss", noisy), ("empty", vec![(1.0, f64::NAN), (2.0, 0.0)])]);
         assert_eq!(plot.series.len(), 1);
         assert_eq!(plot.series[0].points.len(), BINS);

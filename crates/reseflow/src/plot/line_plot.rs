@@ -77,7 +77,8 @@ impl LinePlot {
             self.draw_on(&area).map_err(fail)?;
             area.present().map_err(|reason| fail(format!("{reason:?}")))?;
         }
-        RgbImage::from_raw(width, height, pixels).ok_or_else(|| fail("the buffer has the wrong size".to_owned()))
+        RgbImage::from_raw(width, height, pixels)
+            .ok_or_else(|| fail("the buffer has the wrong size".to_owned()))
     }
 
     fn draw_on(&self, area: &DrawingArea<BitMapBackend<'_>, Shift>) -> Result<(), String> {
@@ -112,10 +113,11 @@ impl LinePlot {
             Scale::Linear => (low.0 - 0.5, high.0 + 0.5),
             Scale::Log => (low.0 / 1.15, high.0 * 1.15),
         };
+        // Room above the data for the legend: the data fill so much of the height.
+        let filled = 1.0 - (34.0 * self.series.len() as f64 + 50.0) / 700.0;
         let y = match self.y_scale {
-            // Room above the data for the legend.
-            Scale::Linear => (low.1.min(0.0), (1.35 * high.1).max(1e-9)),
-            Scale::Log => (low.1 / 1.3, high.1 * (high.1 / low.1).powf(0.35).max(1.5)),
+            Scale::Linear => (low.1.min(0.0), (high.1 / filled).max(1e-9)),
+            Scale::Log => (low.1 / 1.3, high.1 * (high.1 / low.1).powf(1.0 / filled - 1.0).max(1.5)),
         };
         Some((x, y))
     }
@@ -142,7 +144,9 @@ impl LinePlot {
             .y_label_area_size(124)
             .build_cartesian_2d(x, y)
             .map_err(debug)?;
-        let (x_format, y_format) = (tick_format(bounds.0, self.x_scale), tick_format(bounds.1, self.y_scale));
+        let x_tick = tick_format(bounds.0, self.x_scale);
+        let x_format = |value: &f64| trimmed(&x_tick(value));
+        let y_format = tick_format(bounds.1, self.y_scale);
         chart
             .configure_mesh()
             .x_desc(&self.x_label)
@@ -160,7 +164,8 @@ impl LinePlot {
             if let Some(band) = &series.half_band {
                 let floor = if self.y_scale == Scale::Log { bounds.1.0 } else { f64::NEG_INFINITY };
                 let upper = series.points.iter().zip(band).map(|(&(x, y), half)| (x, y + half));
-                let lower = series.points.iter().zip(band).rev().map(|(&(x, y), half)| (x, (y - half).max(floor)));
+                let lower =
+                    series.points.iter().zip(band).rev().map(|(&(x, y), half)| (x, (y - half).max(floor)));
                 let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
                 chart.draw_series([Polygon::new(outline, color.mix(0.15))]).map_err(debug)?;
             }
@@ -206,9 +211,17 @@ fn tick_format((low, high): (f64, f64), scale: Scale) -> impl Fn(&f64) -> String
         Scale::Log => {
             let leading = (value / 10f64.powf(value.log10().floor())).round();
             let text = format!("{value:.6}");
-            let text = text.trim_end_matches('0').trim_end_matches('.');
-            if [1.0, 2.0, 5.0, 10.0].contains(&leading) { text.to_owned() } else { String::new() }
+            if [1.0, 2.0, 5.0, 10.0].contains(&leading) { trimmed(&text) } else { String::new() }
         }
+    }
+}
+
+/// The number without zeros that say nothing.
+fn trimmed(number: &str) -> String {
+    if number.contains('.') {
+        number.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        number.to_owned()
     }
 }
 

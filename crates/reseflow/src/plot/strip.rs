@@ -6,8 +6,10 @@ use plotters::prelude::*;
 use super::{PlotError, font};
 
 const MARGIN_PX: u32 = 12;
-const LABEL_PX: u32 = 38;
+const LABEL_PX: u32 = 44;
 const TEXT_PX: u32 = 24;
+/// Room for a label, however few pictures there are.
+const MIN_WIDTH_PX: u32 = 900;
 
 /// A labelled row of equally large pictures.
 #[derive(Debug, Clone)]
@@ -33,11 +35,14 @@ impl Strip {
     pub fn draw(&self) -> Result<RgbImage, PlotError> {
         const PICTURE: &str = "the episode strip";
         font::register()?;
-        let row_width = |row: &StripRow| row.images.iter().map(|image| image.width() + MARGIN_PX).sum::<u32>();
-        let row_height = |row: &StripRow| row.images.iter().map(RgbImage::height).max().unwrap_or(0) + LABEL_PX;
-        let width = self.rows.iter().map(row_width).max().unwrap_or(0) + MARGIN_PX;
+        let row_width =
+            |row: &StripRow| row.images.iter().map(|image| image.width() + MARGIN_PX).sum::<u32>();
+        let row_height =
+            |row: &StripRow| row.images.iter().map(RgbImage::height).max().unwrap_or(0) + LABEL_PX;
+        let pictures = self.rows.iter().map(row_width).max().unwrap_or(0);
+        let width = (pictures + MARGIN_PX).max(MIN_WIDTH_PX);
         let height = self.rows.iter().map(row_height).sum::<u32>() + MARGIN_PX;
-        if width <= MARGIN_PX || height <= MARGIN_PX {
+        if pictures == 0 {
             return Err(PlotError::new(PICTURE, "there is no picture"));
         }
         let mut pixels = vec![255; (width * height * 3) as usize];
@@ -46,8 +51,9 @@ impl Strip {
             let mut top = 0;
             for row in &self.rows {
                 let style = (font::FAMILY, TEXT_PX).into_font().color(&BLACK);
-                let corner = (MARGIN_PX as i32, (top + MARGIN_PX / 2) as i32);
-                area.draw_text(&row.label, &style, corner).map_err(|reason| PlotError::new(PICTURE, reason))?;
+                let corner = (MARGIN_PX as i32, (top + MARGIN_PX) as i32);
+                area.draw_text(&row.label, &style, corner)
+                    .map_err(|reason| PlotError::new(PICTURE, reason))?;
                 top += row_height(row);
             }
             area.present().map_err(|reason| PlotError::new(PICTURE, reason))?;

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 use reseflow_data::{
-    Action, EpisodeKey, EpisodeObserver, IgnoreEvents, McapLog, Observation, Outcome, Plan, Policy, RolloutConfig,
-    Scene, Split, Task, TaskError, TaskSpec, Tick, rollout,
+    Action, EpisodeKey, EpisodeObserver, IgnoreEvents, Outcome, Policy, RolloutConfig, Scene, Split, Task,
+    TaskError, TaskSpec, rollout,
 };
 use reseflow_sim::{Scripted, Still};
 
-use super::{FIRST_SEED, PictureBook};
+use super::{FIRST_SEED, Witness};
 
 /// How often a scene may be drawn anew where a key gives none.
 const MAX_DRAWS: u32 = 20;
@@ -67,38 +67,6 @@ pub struct EpisodeResult {
     pub plan_secs: Vec<f64>,
 }
 
-/// Watches the first `episodes` episodes.
-#[derive(Default)]
-pub struct Witness {
-    /// How many it watches.
-    pub episodes: usize,
-    /// Writes them down.
-    pub log: Option<McapLog>,
-    /// Takes pictures of them.
-    pub pictures: Option<PictureBook>,
-}
-
-impl EpisodeObserver for Witness {
-    fn on_observation(&mut self, step: usize, observation: &Observation, scene: &dyn Scene) {
-        self.log.iter_mut().for_each(|log| log.on_observation(step, observation, scene));
-        self.pictures.iter_mut().for_each(|book| book.on_observation(step, observation, scene));
-    }
-
-    fn on_plan(&mut self, step: usize, plan: &Plan) {
-        self.log.iter_mut().for_each(|log| log.on_plan(step, plan));
-    }
-
-    fn on_tick(&mut self, tick: &Tick, scene: &mut dyn Scene) {
-        self.log.iter_mut().for_each(|log| log.on_tick(tick, scene));
-        self.pictures.iter_mut().for_each(|book| book.on_tick(tick, scene));
-    }
-
-    fn on_outcome(&mut self, outcome: &Outcome) {
-        self.log.iter_mut().for_each(|log| log.on_outcome(outcome));
-        self.pictures.iter_mut().for_each(|book| book.on_outcome(outcome));
-    }
-}
-
 /// Runs the episodes; the result is in the order of their indices and does not depend on the number of threads.
 ///
 /// `progress` is called once for each finished episode, from any thread.
@@ -113,12 +81,13 @@ pub fn run_episodes(
     progress: &(dyn Fn() + Sync),
 ) -> anyhow::Result<Vec<EpisodeResult>> {
     let runner = Runner { task, spec: task.spec(), request, progress };
-    let watched = witness.episodes.min(request.episodes);
+    let watched = witness.episodes().min(request.episodes);
     match actor {
         Actor::Learned(policy) => (0..request.episodes)
             .map(|index| {
                 let (key, mut scene) = runner.draw(index)?;
-                let observer: &mut dyn EpisodeObserver = if index < watched { witness } else { &mut IgnoreEvents };
+                let observer: &mut dyn EpisodeObserver =
+                    if index < watched { witness } else { &mut IgnoreEvents };
                 runner.run(index, key, scene.as_mut(), *policy, observer)
             })
             .collect(),
@@ -149,7 +118,8 @@ impl Runner<'_> {
     /// The scene of episode `index`.
     fn draw(&self, index: usize) -> Result<(EpisodeKey, Box<dyn Scene>), TaskError> {
         let RolloutRequest { split, seed, .. } = *self.request;
-        let mut key = EpisodeKey { task: self.spec.name.clone(), split, seed, index: index as u64, attempt: 0 };
+        let mut key =
+            EpisodeKey { task: self.spec.name.clone(), split, seed, index: index as u64, attempt: 0 };
         loop {
             match self.task.reset(&key) {
                 Ok(scene) => return Ok((key, scene)),

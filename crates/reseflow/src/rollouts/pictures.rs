@@ -16,13 +16,14 @@ const MOMENTS: usize = 4;
 pub struct PictureBook {
     name: String,
     every_steps: usize,
-    end_nanos: i64,
     episodes: Vec<EpisodePictures>,
 }
 
 #[derive(Debug, Clone, Default)]
 struct EpisodePictures {
     moments: Vec<Vec<SceneBody>>,
+    /// After the last control tick so far: however the episode ends, its end is in the picture.
+    latest: Option<Vec<SceneBody>>,
     caption: String,
 }
 
@@ -32,7 +33,6 @@ impl PictureBook {
         Self {
             name: name.to_owned(),
             every_steps: spec.action_steps.div_ceil(MOMENTS).max(1),
-            end_nanos: (spec.action_steps * spec.ticks_per_action) as i64 * spec.tick_nanos,
             episodes: Vec::new(),
         }
     }
@@ -49,12 +49,6 @@ impl PictureBook {
         let strip = Strip { rows: self.episodes.iter().enumerate().map(row).collect() };
         encode_png(&strip.draw()?, "the episode strip")
     }
-
-    fn remember(&mut self, scene: &dyn Scene) {
-        if let Some(episode) = self.episodes.last_mut() {
-            episode.moments.push(scene.bodies());
-        }
-    }
 }
 
 impl EpisodeObserver for PictureBook {
@@ -62,19 +56,22 @@ impl EpisodeObserver for PictureBook {
         if step == 0 {
             self.episodes.push(EpisodePictures::default());
         }
-        if step.is_multiple_of(self.every_steps) {
-            self.remember(scene);
+        if let Some(episode) = self.episodes.last_mut()
+            && step.is_multiple_of(self.every_steps)
+        {
+            episode.moments.push(scene.bodies());
         }
     }
 
-    fn on_tick(&mut self, tick: &Tick, scene: &mut dyn Scene) {
-        if tick.time_nanos == self.end_nanos {
-            self.remember(scene);
+    fn on_tick(&mut self, _tick: &Tick, scene: &mut dyn Scene) {
+        if let Some(episode) = self.episodes.last_mut() {
+            episode.latest = Some(scene.bodies());
         }
     }
 
     fn on_outcome(&mut self, outcome: &Outcome) {
         if let Some(episode) = self.episodes.last_mut() {
+            episode.moments.extend(episode.latest.take());
             let verdict = match (outcome.success, outcome.halt) {
                 (true, _) => "success".to_owned(),
                 (false, None) => "no success".to_owned(),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{EpisodeResult, RolloutRequest};
 use crate::metrics::{mean, quantile, wilson_interval};
@@ -10,7 +10,7 @@ use crate::output::Table;
 use crate::provenance::Provenance;
 
 /// Wall-clock milliseconds of a call to the policy.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LatencyMillis {
     /// Calls measured.
     pub calls: usize,
@@ -33,7 +33,7 @@ impl LatencyMillis {
 }
 
 /// One episode in a report.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeLine {
     /// The episode's index under the seed.
     pub index: u64,
@@ -52,7 +52,7 @@ pub struct EpisodeLine {
 }
 
 /// The result file of `reseflow rollout`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RolloutReport {
     /// Episodes run.
     pub episodes: usize,
@@ -98,6 +98,7 @@ impl RolloutReport {
         policy: &str,
         steps: Option<usize>,
         task: &str,
+        split: &str,
         request: &RolloutRequest,
         results: &[EpisodeResult],
         provenance: Provenance,
@@ -117,12 +118,15 @@ impl RolloutReport {
             success_low: interval.low,
             success_high: interval.high,
             halts,
-            measure_name: results.first().map(|result| result.outcome.measure_name.clone()).unwrap_or_default(),
+            measure_name: results
+                .first()
+                .map(|result| result.outcome.measure_name.clone())
+                .unwrap_or_default(),
             measure_mean: mean(&measures).unwrap_or_default(),
             plan_latency_ms: LatencyMillis::of(&plan_secs),
             policy: policy.to_owned(),
             task: task.to_owned(),
-            split: request.split.to_string(),
+            split: split.to_owned(),
             seed: request.seed,
             steps,
             n_action_steps: request.n_action_steps,
@@ -134,18 +138,19 @@ impl RolloutReport {
 
     /// The figures as a table.
     pub fn table(&self) -> Table {
-        let mut table = Table::new(["rollout", &format!("{} on {} ({})", self.policy, self.task, self.split)]);
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        table.row(["successes".to_owned(), format!("{} of {}", self.successes, self.episodes)]);
-        let interval = format!("{} ({} to {})", percent(self.success_rate), percent(self.success_low), percent(self.success_high));
-        table.row(["rate (95 %, Wilson)".to_owned(), interval]);
-        table.row([format!("mean {}", self.measure_name), format!("{:.3}", self.measure_mean)]);
+        let mut table =
+            Table::facts("rollout", &format!("{} on {} ({})", self.policy, self.task, self.split));
+        table.fact("successes", format!("{} of {}", self.successes, self.episodes));
+        let [rate, low, high] = [self.success_rate, self.success_low, self.success_high]
+            .map(|share| format!("{:.1} %", 100.0 * share));
+        table.fact("rate (95 %, Wilson)", format!("{rate} ({low} to {high})"));
+        table.fact(&format!("mean {}", self.measure_name), format!("{:.3}", self.measure_mean));
         for (halt, count) in &self.halts {
-            table.row([format!("ended early: {halt}"), count.to_string()]);
+            table.fact(&format!("ended early: {halt}"), count);
         }
-        if let Some(latency) = &self.plan_latency_ms {
-            let LatencyMillis { p50, p95, p99, calls, .. } = latency;
-            table.row(["plan latency p50 / p95 / p99".to_owned(), format!("{p50:.2} / {p95:.2} / {p99:.2} ms ({calls} calls)")]);
+        if let Some(LatencyMillis { p50, p95, p99, calls, .. }) = &self.plan_latency_ms {
+            let text = format!("{p50:.2} / {p95:.2} / {p99:.2} ms ({calls} calls)");
+            table.fact("plan latency p50 / p95 / p99", text);
         }
         table
     }
@@ -187,9 +192,14 @@ mod tests {
             steps: 10,
             plan_secs: vec![0.001 * (index + 1) as f64],
         };
-        let results =
-            [result(0, true, None), result(1, true, None), result(2, false, Some(Halt::OutOfReach)), result(3, true, None)];
-        let report = RolloutReport::new("p", Some(1), "t", &request, &results, Provenance::gather("cpu"));
+        let results = [
+            result(0, true, None),
+            result(1, true, None),
+            result(2, false, Some(Halt::OutOfReach)),
+            result(3, true, None),
+        ];
+        let report =
+            RolloutReport::new("p", Some(1), "t", "test", &request, &results, Provenance::gather("cpu"));
         assert_eq!((report.episodes, report.successes, report.success_rate), (4, 3, 0.75));
         assert!(report.success_low < 0.75 && report.success_high > 0.75);
         assert_eq!(report.halts.values().sum::<usize>(), 1);

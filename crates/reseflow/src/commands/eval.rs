@@ -1,0 +1,23 @@
+//! `reseflow eval`: a policy against held-out demonstrations, beside the trivial predictors.
+
+use crate::cli::EvalArgs;
+use crate::evaluation::{EvalInputs, evaluate};
+use crate::output::{OutputFile, Terminal};
+
+/// Runs the command.
+pub(super) fn execute(args: &EvalArgs, terminal: &Terminal) -> anyhow::Result<()> {
+    let inputs = EvalInputs {
+        checkpoint: args.checkpoint.clone(),
+        data: args.data.clone(),
+        train_data: args.train_data.clone(),
+        steps: args.steps.clone(),
+        seeds: args.seeds,
+        device: args.device.into(),
+    };
+    let loaded = inputs.load()?;
+    let out = OutputFile::claim(&args.out)?;
+    let report = evaluate(&inputs, &loaded, terminal)?;
+    out.write_json(&report)?;
+    terminal.say(report.table());
+    terminal.machine(&report)
+}

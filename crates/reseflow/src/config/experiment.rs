@@ -1,0 +1,200 @@
+//! The configuration of a whole experiment: what `reseflow run` does, and what `reseflow train` trains.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::planned_trainer::{DeviceKind, ModelConfig, TrainConfig};
+
+/// An experiment on one task. Every key has a default.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ExperimentConfig {
+    /// The run's name, and the name of its folder.
+    pub name: String,
+    /// The task's registered name.
+    pub task: String,
+    /// The folder that holds the run's folder.
+    pub output: PathBuf,
+    /// Where to compute.
+    pub device: DeviceKind,
+    /// The demonstrations.
+    pub data: DataConfig,
+    /// The network and the flow.
+    pub model: ModelConfig,
+    /// The optimisation.
+    pub train: TrainConfig,
+    /// The scoring on recorded episodes.
+    pub eval: EvalConfig,
+    /// The rollouts in the simulator.
+    pub rollout: RolloutSection,
+}
+
+/// How many demonstrations, and which.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DataConfig {
+    /// Episodes to learn from.
+    pub train_episodes: usize,
+    /// Episodes to watch the training with.
+    pub validation_episodes: usize,
+    /// Episodes to report on.
+    pub test_episodes: usize,
+    /// The seed of all three; splits never share an episode.
+    pub seed: u64,
+}
+
+/// How a policy is scored.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EvalConfig {
+    /// Numbers of integration steps.
+    pub steps: Vec<usize>,
+    /// Noise seeds, from 3407 on.
+    pub seeds: usize,
+}
+
+/// How a policy is rolled out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RolloutSection {
+    /// Episodes of the test split.
+    pub episodes: usize,
+    /// Integration steps.
+    pub steps: usize,
+    /// Actions executed before the policy looks and plans again.
+    pub n_action_steps: usize,
+    /// Episodes in the MCAP log.
+    pub log_episodes: usize,
+    /// Episodes in the picture.
+    pub picture_episodes: usize,
+    /// Whether the object is pushed in the middle of each episode.
+    pub disturb: bool,
+}
+
+impl Default for ExperimentConfig {
+    fn default() -> Self {
+        Self {
+            name: "experiment".to_owned(),
+            task: "triangle".to_owned(),
+            output: PathBuf::from("runs"),
+            device: DeviceKind::default(),
+            data: DataConfig::default(),
+            model: ModelConfig::default(),
+            train: TrainConfig::default(),
+            eval: EvalConfig::default(),
+            rollout: RolloutSection::default(),
+        }
+    }
+}
+
+impl Default for DataConfig {
+    fn default() -> Self {
+        Self { train_episodes: 500, validation_episodes: 20, test_episodes: 50, seed: 1 }
+    }
+}
+
+impl Default for EvalConfig {
+    fn default() -> Self {
+        Self { steps: vec![1, 2, 10, 50, 100], seeds: 10 }
+    }
+}
+
+impl Default for RolloutSection {
+    fn default() -> Self {
+        Self {
+            episodes: 50,
+            steps: 1,
+            n_action_steps: 3,
+            log_episodes: 5,
+            picture_episodes: 4,
+            disturb: false,
+        }
+    }
+}
+
+impl ExperimentConfig {
+    /// Checks what the types cannot say.
+    ///
+    /// # Errors
+    /// A sentence that names the key, what was expected and what was got.
+    pub fn validate(&self) -> Result<(), String> {
+        let positive = [
+            ("data.train_episodes", self.data.train_episodes),
+            ("data.test_episodes", self.data.test_episodes),
+            ("eval.seeds", self.eval.seeds),
+            ("rollout.episodes", self.rollout.episodes),
+            ("rollout.steps", self.rollout.steps),
+            ("rollout.n_action_steps", self.rollout.n_action_steps),
+        ];
+        if let Some((key, _)) = positive.into_iter().find(|(_, value)| *value == 0) {
+            return Err(format!("`{key}` is 0, expected 1 or more"));
+        }
+        if self.eval.steps.is_empty() || self.eval.steps.contains(&0) {
+            return Err(format!(
+                "`eval.steps` is {:?}, expected numbers of steps, each 1 or more",
+                self.eval.steps
+            ));
+        }
+        let is_folder_name = |name: &str| {
+            let plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+            !name.is_empty() && !name.starts_with('.') && name.chars().all(plain)
+        };
+        if !is_folder_name(&self.name) {
+            let name = &self.name;
+            return Err(format!(
+                "`name` is `{name}`, expected letters, digits, `-`, `_` and `.`: it names a folder"
+            ));
+        }
+        Ok(())
+    }
+
+    /// The run's folder.
+    pub fn folder(&self) -> PathBuf {
+        self.output.join(&self.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{load, parse};
+
+    #[test]
+    fn every_configuration_that_is_shipped_is_valid() {
+        let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../configs"));
+        let mut read = 0;
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|extension| extension == "toml") {
+                let config: ExperimentConfig = load(&path, &[]).unwrap();
+                config.validate().unwrap();
+                assert!(reseflow_sim::tasks().contains(&config.task.as_str()), "{}", path.display());
+                read += 1;
+            }
+        }
+        assert!(read > 0, "no configuration was found");
+    }
+
+    #[test]
+    fn a_resolved_configuration_reads_back_as_itself() {
+        let config = ExperimentConfig::default();
+        let text = toml::to_string(&config).unwrap();
+        assert_eq!(parse::<ExperimentConfig>(&text, "resolved", &[]).unwrap(), config);
+        config.validate().unwrap();
+    }
+
+    #[test]
+    fn values_out_of_range_are_named() {
+        for (set, key) in [
+            ("data.test_episodes=0", "data.test_episodes"),
+            ("eval.steps=[1, 0]", "eval.steps"),
+            ("eval.steps=[]", "eval.steps"),
+            ("rollout.steps=0", "rollout.steps"),
+            ("name=../elsewhere", "name"),
+        ] {
+            let config: ExperimentConfig = parse("", "a.toml", &[set.parse().unwrap()]).unwrap();
+            assert!(config.validate().unwrap_err().contains(&format!("`{key}`")), "{set}");
+        }
+    }
+}

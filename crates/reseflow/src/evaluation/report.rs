@@ -1,0 +1,97 @@
+//! The result file of `reseflow eval` and its table.
+
+use serde::{Deserialize, Serialize};
+
+use super::TrivialScores;
+use crate::metrics::Scores;
+use crate::output::Table;
+use crate::provenance::Provenance;
+
+/// What a policy scores with one number of integration steps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StepRow {
+    /// Integration steps.
+    pub steps: usize,
+    /// Drift evaluations.
+    pub evaluations: usize,
+    /// The solver.
+    pub solver: String,
+    /// The consensus trajectory's scores.
+    #[serde(flatten)]
+    pub scores: Scores,
+    /// D̄_geo of each node's trajectory at the last step.
+    pub per_node: Vec<f64>,
+    /// Node-wise consistency: the nodes' mean distance from the consensus.
+    pub node_spread: Option<f64>,
+    /// Wall-clock seconds for all samples of this row.
+    pub secs: f64,
+}
+
+/// The result file.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct EvalReport {
+    /// One row for each number of steps.
+    pub rows: Vec<StepRow>,
+    /// What trivial predictors score on the same episodes.
+    pub trivial: Option<TrivialScores>,
+    /// Episodes scored.
+    pub episodes: usize,
+    /// Noise seeds.
+    pub seeds: Vec<u64>,
+    /// The checkpoint.
+    pub checkpoint: String,
+    /// The held-out data.
+    pub data: String,
+    /// Its content hash.
+    pub data_hash: String,
+    /// The data for the trivial predictors.
+    pub train_data: Option<String>,
+    /// The checkpoint's resolved configuration.
+    pub config: serde_json::Value,
+    /// Where the figures come from.
+    pub provenance: Provenance,
+}
+
+impl EvalReport {
+    /// The figures as a table.
+    pub fn table(&self) -> Table {
+        let mut table = Table::figures([
+            "D_geo",
+            "mean",
+            "± seeds",
+            "± episodes",
+            "95 % interval",
+            "half-turn",
+            "rad",
+            "mm",
+            "opening",
+        ]);
+        let optional =
+            |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}"));
+        let mut row = |name: String, scores: &Scores| {
+            let interval = match (scores.d_geo_low, scores.d_geo_high) {
+                (Some(low), Some(high)) => format!("{low:.4} to {high:.4}"),
+                _ => "–".to_owned(),
+            };
+            table.row([
+                name,
+                format!("{:.4}", scores.d_geo_mean),
+                optional(scores.d_geo_std),
+                optional(scores.d_geo_episode_std),
+                interval,
+                format!("{:.4}", scores.d_geo_half_turn_mean),
+                format!("{:.4}", scores.rotation_rad),
+                format!("{:.1}", 1e3 * scores.translation_m),
+                format!("{:.3}", scores.opening_error),
+            ]);
+        };
+        for step in &self.rows {
+            row(format!("{} step{}", step.steps, if step.steps == 1 { "" } else { "s" }), &step.scores);
+        }
+        if let Some(trivial) = &self.trivial {
+            row("mean trajectory".to_owned(), &trivial.mean_trajectory);
+            row("nearest demonstration".to_owned(), &trivial.nearest_demonstration);
+        }
+        table
+    }
+}

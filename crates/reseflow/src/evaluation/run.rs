@@ -1,0 +1,89 @@
+//! A whole evaluation: files in, report out.
+
+use std::path::PathBuf;
+
+use reseflow_data::{Dataset, DatasetFile};
+
+use super::{EvalReport, noise_seeds, score_steps, trivial_scores};
+use crate::learning::load_policy;
+use crate::output::Terminal;
+use crate::planned_trainer::{DeviceKind, FlowPolicy};
+use crate::provenance::Provenance;
+
+/// What is to be evaluated, on what.
+#[derive(Debug, Clone)]
+pub struct EvalInputs {
+    /// The checkpoint's folder.
+    pub checkpoint: PathBuf,
+    /// The held-out episodes.
+    pub data: PathBuf,
+    /// The training episodes, for the trivial predictors.
+    pub train_data: Option<PathBuf>,
+    /// Numbers of integration steps.
+    pub steps: Vec<usize>,
+    /// Noise seeds, from 3407 on.
+    pub seeds: usize,
+    /// Where to compute.
+    pub device: DeviceKind,
+}
+
+/// The inputs, read and checked.
+pub struct Loaded {
+    policy: FlowPolicy,
+    held_out: DatasetFile,
+    training: Option<Dataset>,
+}
+
+impl EvalInputs {
+    /// Reads the files.
+    ///
+    /// # Errors
+    /// What is wrong with one of them.
+    pub fn load(&self) -> anyhow::Result<Loaded> {
+        Ok(Loaded {
+            held_out: DatasetFile::read(&self.data)?,
+            training: self.train_data.as_deref().map(Dataset::read).transpose()?,
+            policy: load_policy(&self.checkpoint, self.device)?,
+        })
+    }
+}
+
+/// Scores the policy for every number of steps, and the trivial predictors where there is training data.
+///
+/// # Errors
+/// When the data does not fit the policy.
+pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> anyhow::Result<EvalReport> {
+    let Loaded { policy, held_out, training } = loaded;
+    let seeds = noise_seeds(inputs.seeds);
+    let progress = terminal.progress("evaluation", inputs.steps.len() as u64);
+    let mut rows = Vec::with_capacity(inputs.steps.len());
+    for &steps in &inputs.steps {
+        rows.push(score_steps(policy, &held_out.dataset, &seeds, steps)?);
+        progress.advance();
+    }
+    progress.finish();
+    let trivial =
+        training.as_ref().map(|training| trivial_scores(training, &held_out.dataset)).transpose()?;
+    let text = |path: &PathBuf| path.display().to_string();
+    Ok(EvalReport {
+        rows,
+        trivial,
+        episodes: held_out.dataset.len(),
+        seeds,
+        checkpoint: text(&inputs.checkpoint),
+        data: text(&inputs.data),
+        data_hash: held_out.content_hash.clone(),
+        train_data: inputs.train_data.as_ref().map(text),
+        config: checkpoint_config(&inputs.checkpoint),
+        provenance: Provenance::gather(&format!("{:?}", inputs.device).to_lowercase()),
+    })
+}
+
+/// The resolved configuration that lies in the checkpoint; `null` where there is none.
+fn checkpoint_config(checkpoint: &std::path::Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(checkpoint.join("config.toml")).unwrap_or_default();
+    match toml::from_str::<toml::Table>(&text) {
+        Ok(table) if !table.is_empty() => serde_json::to_value(table).unwrap_or_default(),
+        _ => serde_json::Value::Null,
+    }
+}

@@ -1,0 +1,170 @@
+//! From a policy's samples to a row of figures.
+
+use crate::planned_trainer::PolicySample;
+use reseflow_data::{Dataset, ObservationHistory};
+
+use super::StepRow;
+use crate::error::bad_input;
+use crate::metrics::{Scores, TrajectoryError, mean};
+use crate::rollouts::FIRST_SEED;
+
+/// Something that draws trajectories: a trained policy, or a stand-in whose errors are known.
+pub trait SamplePolicy {
+    /// Observation frames O that it is shown.
+    fn observation_horizon(&self) -> usize;
+
+    /// One sample for each history and, within it, for each noise seed.
+    ///
+    /// # Errors
+    /// When the observations are not ones that this policy can use.
+    fn sample(
+        &self,
+        histories: &[ObservationHistory],
+        seeds: &[u64],
+        steps: usize,
+    ) -> anyhow::Result<Vec<Vec<PolicySample>>>;
+}
+
+/// The noise seeds 3407 … 3407 + `count` − 1.
+pub fn noise_seeds(count: usize) -> Vec<u64> {
+    (0..count as u64).map(|offset| FIRST_SEED + offset).collect()
+}
+
+/// Samples from each episode's first observation: `[episode][seed]`.
+///
+/// # Errors
+/// As [`SamplePolicy::sample`].
+pub fn predict_first(
+    policy: &dyn SamplePolicy,
+    dataset: &Dataset,
+    seeds: &[u64],
+    steps: usize,
+) -> anyhow::Result<Vec<Vec<PolicySample>>> {
+    let horizon = policy.observation_horizon();
+    let first =
+        |episode: &reseflow_data::Episode| ObservationHistory::at_step(&episode.observations, 0, horizon);
+    let histories: Vec<ObservationHistory> = dataset.episodes.iter().map(first).collect();
+    policy.sample(&histories, seeds, steps)
+}
+
+/// Scores a policy with `steps` uniform Euler steps against the episodes' actions.
+///
+/// # Errors
+/// As [`SamplePolicy::sample`]; bad input when the data set holds no action to compare with.
+pub fn score_steps(
+    policy: &dyn SamplePolicy,
+    dataset: &Dataset,
+    seeds: &[u64],
+    steps: usize,
+) -> anyhow::Result<StepRow> {
+    let started = std::time::Instant::now();
+    let samples = predict_first(policy, dataset, seeds, steps)?;
+    let secs = started.elapsed().as_secs_f64();
+    let nothing = || bad_input("the data set holds no action to compare with, expected at least one episode");
+
+    let seeds_drawn = samples.iter().map(Vec::len).min().unwrap_or(0);
+    let of_seed = |seed: usize| -> Vec<TrajectoryError> {
+        let pairs = samples.iter().zip(&dataset.episodes);
+        pairs.filter_map(|(of_episode, truth)| error_of(&of_episode[seed].consensus, truth)).collect()
+    };
+    let errors: Vec<Vec<TrajectoryError>> = (0..seeds_drawn).map(of_seed).collect();
+    let scores = Scores::aggregate(&errors).ok_or_else(nothing)?;
+
+    let nodes = samples.iter().flatten().map(|sample| sample.nodes.len()).min().unwrap_or(0);
+    let of_node = |node: usize| {
+        let pairs = samples.iter().zip(&dataset.episodes);
+        let errors = pairs.flat_map(|(of_episode, truth)| {
+            of_episode.iter().filter_map(|sample| error_of(&sample.nodes[node], truth))
+        });
+        mean(&errors.map(|error| error.d_geo()).collect::<Vec<_>>())
+    };
+    let spreads: Vec<f64> = samples.iter().flatten().flat_map(|sample| &sample.spread).copied().collect();
+    Ok(StepRow {
+        steps,
+        evaluations: steps,
+        solver: "euler".to_owned(),
+        scores,
+        per_node: (0..nodes).filter_map(of_node).collect(),
+        node_spread: mean(&spreads),
+        secs,
+    })
+}
+
+fn error_of(
+    predicted: &reseflow_data::ActionChunk,
+    truth: &reseflow_data::Episode,
+) -> Option<TrajectoryError> {
+    TrajectoryError::between(predicted, &truth.actions)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use reseflow_data::{Action, ActionChunk, Episode, Observation, PointCloud};
+    use reseflow_lie::{SE3, SO3, Vector3};
+
+    /// Answers the truth moved along x by 1 cm per step of integration fewer than 11, times the seed's place; node 1 twice that.
+    struct Biased;
+
+    fn at(x_m: f64) -> Action {
+        Action { world_from_gripper: SE3::new(SO3::identity(), Vector3::new(x_m, 0.0, 0.0)), opening: 1.0 }
+    }
+
+    fn episode(x_m: f64) -> Episode {
+        let frame = Observation {
+            cloud: PointCloud { points: vec![[x_m as f32, 0.0, 0.0]], colors: vec![[0; 3]] },
+            world_from_gripper: at(x_m).world_from_gripper,
+            gripper_opening: 1.0,
+        };
+        Episode { observations: vec![frame; 2], actions: vec![at(x_m); 2] }
+    }
+
+    impl SamplePolicy for Biased {
+        fn observation_horizon(&self) -> usize {
+            2
+        }
+
+        fn sample(
+            &self,
+            histories: &[ObservationHistory],
+            seeds: &[u64],
+            steps: usize,
+        ) -> anyhow::Result<Vec<Vec<PolicySample>>> {
+            let sample = |history: &ObservationHistory, seed: u64| {
+                let x = history.latest().world_from_gripper.translation.x;
+                let off = 0.01 * (11 - steps) as f64 * (seed - FIRST_SEED + 1) as f64;
+                let chunk = |off: f64| ActionChunk(vec![at(x + off); 2]);
+                PolicySample {
+                    consensus: chunk(off),
+                    nodes: vec![chunk(off), chunk(2.0 * off)],
+                    spread: vec![off; 2],
+                }
+            };
+            Ok(histories
+                .iter()
+                .map(|history| seeds.iter().map(|&seed| sample(history, seed)).collect())
+                .collect())
+        }
+    }
+
+    #[test]
+    fn a_known_bias_comes_out_as_itself() {
+        let dataset = Dataset { episodes: vec![episode(0.0), episode(1.0), episode(-3.0)], meta: None };
+        let row = score_steps(&Biased, &dataset, &noise_seeds(3), 1).unwrap();
+        assert!((row.scores.d_geo_mean - 0.2).abs() < 1e-12, "mean of 0.1, 0.2, 0.3");
+        assert!((row.scores.d_geo_std.unwrap() - 0.1).abs() < 1e-12);
+        assert!(row.scores.d_geo_episode_std.unwrap() < 1e-12);
+        assert_eq!(row.per_node.len(), 2);
+        assert!((row.per_node[1] - 0.4).abs() < 1e-12);
+        assert!((row.node_spread.unwrap() - 0.2).abs() < 1e-12);
+        let more = score_steps(&Biased, &dataset, &noise_seeds(3), 10).unwrap();
+        assert!((more.scores.d_geo_mean - 0.02).abs() < 1e-12);
+        assert_eq!((more.steps, more.evaluations), (10, 10));
+    }
+
+    #[test]
+    fn nothing_to_score_is_bad_input() {
+        let error = score_steps(&Biased, &Dataset::default(), &noise_seeds(2), 1).unwrap_err();
+        assert_eq!(crate::error::exit_code(&error), crate::error::EXIT_BAD_INPUT);
+    }
+}

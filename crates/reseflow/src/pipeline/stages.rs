@@ -1,0 +1,175 @@
+//! What each stage of a run does.
+
+use reseflow_data::{Dataset, Split, Task};
+use serde_json::{Value, json};
+
+use super::{Layout, StageRun, Stamps};
+use crate::config::ExperimentConfig;
+use crate::demonstrations::{DemonstrationRequest, record};
+use crate::evaluation::{EvalInputs, EvalReport, evaluate};
+use crate::learning::{load_policy, train_policy};
+use crate::output::{OutputFile, Terminal};
+use crate::plot::{
+    LinePlot, PredictorCurve, d_geo_against_steps, encode_png, per_action_error, training_curve,
+};
+use crate::provenance::Provenance;
+use crate::rollouts::{Actor, PictureBook, RolloutReport, RolloutRequest, Witness, run_episodes};
+
+/// What every stage needs.
+pub(super) struct Context<'a> {
+    pub(super) config: &'a ExperimentConfig,
+    pub(super) task: &'a dyn Task,
+    pub(super) layout: &'a Layout,
+    pub(super) fresh: bool,
+    pub(super) terminal: &'a Terminal,
+}
+
+/// Runs the stages in order; each depends on the hashes of those whose results it reads.
+pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
+    let Context { config, layout, terminal, .. } = context;
+    let stamps = Stamps::new(layout.stamps(), context.fresh);
+    let mut runs = Vec::new();
+    let mut stage =
+        |name: &str, inputs: Value, outputs: &[_], work: &mut dyn FnMut() -> anyhow::Result<()>| {
+            let run = stamps.stage(name, &inputs, outputs, terminal, work)?;
+            let hash = run.inputs.clone();
+            runs.push(run);
+            anyhow::Ok(hash)
+        };
+
+    let mut data_stage = |split: Split, episodes: usize| {
+        let file = layout.data(&split.to_string());
+        let inputs = json!([config.task, split, config.data.seed, episodes]);
+        stage(&format!("data-{split}"), inputs, &[file], &mut || context.record(split, episodes))
+    };
+    let train_data = data_stage(Split::Train, config.data.train_episodes)?;
+    let test_data = data_stage(Split::Test, config.data.test_episodes)?;
+    let validation_data = match config.data.validation_episodes {
+        0 => None,
+        episodes => Some(data_stage(Split::Validation, episodes)?),
+    };
+
+    let inputs = json!([train_data, validation_data, config.model, config.train, config.device]);
+    let outputs = [layout.checkpoint(), layout.picture("training")];
+    let policy = stage("train", inputs, &outputs, &mut || context.train())?;
+
+    let inputs = json!([policy, train_data, test_data, config.eval, config.device]);
+    let outputs = [layout.eval(), layout.picture("d_geo_steps"), layout.picture("per_action")];
+    stage("eval", inputs, &outputs, &mut || context.eval())?;
+
+    let inputs = json!([policy, config.task, config.data.seed, config.rollout, config.device]);
+    let outputs = [layout.rollout(), layout.log(), layout.picture("episodes")];
+    stage("rollout", inputs, &outputs, &mut || context.rollout())?;
+    Ok(runs)
+}
+
+impl Context<'_> {
+    fn record(&self, split: Split, episodes: usize) -> anyhow::Result<()> {
+        let request = DemonstrationRequest { split, seed: self.config.data.seed, episodes };
+        let progress = self.terminal.progress(&format!("data, {split}"), episodes as u64);
+        let dataset = record(self.task, &request, &|| progress.advance())?;
+        progress.finish();
+        Ok(dataset.write(self.layout.data(&split.to_string()))?)
+    }
+
+    fn train(&self) -> anyhow::Result<()> {
+        let demonstrations = Dataset::read(self.layout.data("train"))?;
+        let watch = self.config.data.validation_episodes > 0;
+        let validation = watch.then(|| Dataset::read(self.layout.data("validation"))).transpose()?;
+        let checkpoint = self.layout.checkpoint();
+        train_policy(self.config, &demonstrations, validation.as_ref(), &checkpoint, self.terminal)?;
+        let metrics = std::fs::read_to_string(self.layout.metrics())?;
+        let curves = [("loss", curve(&metrics, "loss")), ("D_geo, validation", curve(&metrics, "d_geo"))];
+        self.draw("training", &training_curve(&format!("{}: training", self.config.name), &curves))
+    }
+
+    fn eval(&self) -> anyhow::Result<()> {
+        let inputs = EvalInputs {
+            checkpoint: self.layout.checkpoint(),
+            data: self.layout.data("test"),
+            train_data: Some(self.layout.data("train")),
+            steps: self.config.eval.steps.clone(),
+            seeds: self.config.eval.seeds,
+            device: self.config.device,
+        };
+        let report = evaluate(&inputs, &inputs.load()?, self.terminal)?;
+        OutputFile::claim(&self.layout.eval())?.write_json(&report)?;
+        self.draw_scores(&report)
+    }
+
+    fn draw_scores(&self, report: &EvalReport) -> anyhow::Result<()> {
+        let title = format!(
+            "{}: {} held-out episodes, {} noise seeds",
+            self.config.name,
+            report.episodes,
+            report.seeds.len()
+        );
+        let trivial: Vec<PredictorCurve<'_>> =
+            report.trivial.iter().flat_map(PredictorCurve::trivial).collect();
+        let rows: Vec<_> = report.rows.iter().map(|row| (row.steps, &row.scores)).collect();
+        self.draw("d_geo_steps", &d_geo_against_steps(&title, &rows, &trivial))?;
+        // The curves in between lie on top of one another.
+        let ends: Vec<_> = rows.first().into_iter().chain(rows.last().filter(|_| rows.len() > 1)).collect();
+        let labels: Vec<String> = ends.iter().map(|(steps, _)| format!("policy, steps: {steps}")).collect();
+        let policy = labels.iter().zip(&ends).map(|(label, (_, scores))| PredictorCurve { label, scores });
+        self.draw("per_action", &per_action_error(&title, &policy.collect::<Vec<_>>(), &trivial))
+    }
+
+    fn rollout(&self) -> anyhow::Result<()> {
+        let section = &self.config.rollout;
+        let mut policy = load_policy(&self.layout.checkpoint(), self.config.device)?;
+        policy.set_steps(section.steps);
+        let request = RolloutRequest {
+            split: Split::Test,
+            seed: self.config.data.seed,
+            episodes: section.episodes,
+            observation_horizon: policy.observation_horizon(),
+            n_action_steps: section.n_action_steps,
+            disturb: section.disturb,
+        };
+        let pictures = PictureBook::new("learned policy", &self.task.spec());
+        let log = OutputFile::claim(&self.layout.log())?;
+        let mut witness = Witness::default()
+            .with_log(log.path(), section.log_episodes)?
+            .with_pictures(pictures, section.picture_episodes);
+        let progress = self.terminal.progress("rollouts", section.episodes as u64);
+        let mut actor = Actor::Learned(&mut policy);
+        let results = run_episodes(self.task, &request, &mut actor, &mut witness, &|| progress.advance())?;
+        progress.finish();
+        if let Some(pictures) = witness.finish()? {
+            OutputFile::claim(&self.layout.picture("episodes"))?.write(&pictures.png()?)?;
+        }
+        let provenance = Provenance::gather(&format!("{:?}", self.config.device).to_lowercase());
+        let name = self.layout.checkpoint().display().to_string();
+        let steps = Some(section.steps);
+        let (task, split) = (&self.config.task, Split::Test.to_string());
+        let report = RolloutReport::new(&name, steps, task, &split, &request, &results, provenance);
+        OutputFile::claim(&self.layout.rollout())?.write_json(&report)
+    }
+
+    fn draw(&self, name: &str, plot: &LinePlot) -> anyhow::Result<()> {
+        OutputFile::claim(&self.layout.picture(name))?.write(&encode_png(&plot.draw()?, name)?)
+    }
+}
+
+/// The points (`update`, `key`) of the lines that hold both.
+fn curve(json_lines: &str, key: &str) -> Vec<(f64, f64)> {
+    let point = |line: &str| -> Option<(f64, f64)> {
+        let line: Value = serde_json::from_str(line).ok()?;
+        Some((line.get("update")?.as_f64()?, line.get(key)?.as_f64()?))
+    };
+    json_lines.lines().filter_map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_are_read_from_the_lines_that_hold_them() {
+        let lines = "{\"update\": 1, \"loss\": 2.5}\n{\"update\": 1, \"d_geo\": 0.5}\nhalf a li";
+        assert_eq!(curve(lines, "loss"), [(1.0, 2.5)]);
+        assert_eq!(curve(lines, "d_geo"), [(1.0, 0.5)]);
+        assert!(curve(lines, "other").is_empty());
+    }
+}

@@ -1,0 +1,118 @@
+//! Stamps: a finished stage leaves a hash of everything that it depended on, and is skipped while that stays the same.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
+
+use crate::output::{Terminal, write_json};
+
+/// The folder of the stamps.
+#[derive(Debug, Clone)]
+pub struct Stamps {
+    folder: PathBuf,
+    fresh: bool,
+}
+
+/// How a stage went, this time or when it was last done.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StageRun {
+    /// The stage.
+    pub name: String,
+    /// The hash of what it depended on.
+    pub inputs: String,
+    /// The seconds that it took.
+    pub secs: f64,
+    /// Whether that was an earlier run.
+    pub skipped: bool,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Stamp {
+    inputs: String,
+    secs: f64,
+}
+
+impl Stamps {
+    /// The stamps in `folder`; `fresh` disregards those that are there.
+    pub fn new(folder: PathBuf, fresh: bool) -> Self {
+        Self { folder, fresh }
+    }
+
+    /// Does `work` unless it was done with the same `inputs` before and its `outputs` are still there.
+    ///
+    /// The stamp is taken away before the work and set after it, so that an interruption means "not done".
+    ///
+    /// # Errors
+    /// What `work` reports, or that the stamp cannot be written.
+    pub fn stage(
+        &self,
+        name: &str,
+        inputs: &impl Serialize,
+        outputs: &[PathBuf],
+        terminal: &Terminal,
+        work: impl FnOnce() -> anyhow::Result<()>,
+    ) -> anyhow::Result<StageRun> {
+        let inputs = hash(name, inputs)?;
+        let path = self.folder.join(format!("{name}.json"));
+        if let Some(stamp) = read(&path)
+            && !self.fresh
+            && stamp.inputs == inputs
+            && outputs.iter().all(|output| output.exists())
+        {
+            terminal.note(format!("{name}: done before, nothing has changed"));
+            return Ok(StageRun { name: name.to_owned(), inputs, secs: stamp.secs, skipped: true });
+        }
+        if path.exists() {
+            std::fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?;
+        }
+        let started = Instant::now();
+        work()?;
+        let secs = started.elapsed().as_secs_f64();
+        write_json(&path, &Stamp { inputs: inputs.clone(), secs })?;
+        Ok(StageRun { name: name.to_owned(), inputs, secs, skipped: false })
+    }
+}
+
+/// A stamp that cannot be read is none.
+fn read(path: &Path) -> Option<Stamp> {
+    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+}
+
+fn hash(name: &str, inputs: &impl Serialize) -> anyhow::Result<String> {
+    let text = serde_json::to_string(&(name, env!("CARGO_PKG_VERSION"), inputs))
+        .context("hashing a stage's inputs")?;
+    Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    #[test]
+    fn a_stage_is_redone_exactly_when_something_changed() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("result");
+        let terminal = Terminal::new(true);
+        let done = Cell::new(0);
+        let attempt = |fresh: bool, inputs: u32, fails: bool| {
+            let stamps = Stamps::new(folder.path().join("stamps"), fresh);
+            stamps.stage("work", &inputs, std::slice::from_ref(&output), &terminal, || {
+                done.set(done.get() + 1);
+                anyhow::ensure!(!fails, "interrupted");
+                Ok(std::fs::write(&output, "x")?)
+            })
+        };
+        assert!(!attempt(false, 1, false).unwrap().skipped);
+        assert!(attempt(false, 1, false).unwrap().skipped, "nothing has changed");
+        assert!(!attempt(false, 2, false).unwrap().skipped, "the inputs changed");
+        assert!(!attempt(true, 2, false).unwrap().skipped, "everything was asked for");
+        std::fs::remove_file(&output).unwrap();
+        assert!(!attempt(false, 2, false).unwrap().skipped, "the output is gone");
+        assert!(attempt(false, 3, true).is_err());
+        assert!(!attempt(false, 2, false).unwrap().skipped, "an interrupted stage is not done");
+        assert_eq!(done.get(), 6);
+    }
+}

@@ -1,0 +1,183 @@
+//! One screen: what a run found, and where everything is.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::{Layout, StageRun};
+use crate::config::ExperimentConfig;
+use crate::evaluation::EvalReport;
+use crate::output::Table;
+use crate::provenance::peak_memory_mib;
+use crate::rollouts::RolloutReport;
+
+/// What a run amounts to.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunSummary {
+    /// The run's name.
+    pub name: String,
+    /// The task.
+    pub task: String,
+    /// The fewest integration steps that were scored.
+    pub steps: usize,
+    /// D̄_geo with so many steps on the held-out episodes.
+    pub d_geo_mean: f64,
+    /// Its standard deviation over noise seeds.
+    pub d_geo_std: Option<f64>,
+    /// D̄_geo for each number of steps.
+    pub d_geo_by_steps: Vec<(usize, f64)>,
+    /// Its rotation part, radian.
+    pub rotation_rad: f64,
+    /// Its translation part, metre.
+    pub translation_m: f64,
+    /// Held-out episodes scored.
+    pub eval_episodes: usize,
+    /// Noise seeds.
+    pub eval_seeds: usize,
+    /// D̄_geo of the mean trajectory.
+    pub mean_trajectory: Option<f64>,
+    /// D̄_geo of the nearest demonstration.
+    pub nearest_demonstration: Option<f64>,
+    /// D̄_geo as a share of the better trivial predictor's.
+    pub share_of_better_trivial: Option<f64>,
+    /// Closed-loop episodes.
+    pub rollouts: usize,
+    /// How many succeeded.
+    pub successes: usize,
+    /// The lower end of Wilson's 95 % interval.
+    pub success_low: f64,
+    /// The upper end.
+    pub success_high: f64,
+    /// Median and 99th percentile of the policy's latency, milliseconds.
+    pub latency_ms: Option<(f64, f64)>,
+    /// The stages and their times.
+    pub stages: Vec<StageRun>,
+    /// Seconds of this run of the pipeline.
+    pub secs: f64,
+    /// The largest memory of this run, MiB.
+    pub peak_memory_mib: Option<f64>,
+    /// The run's folder.
+    pub folder: PathBuf,
+}
+
+impl RunSummary {
+    /// Reads the stages' results.
+    ///
+    /// # Errors
+    /// When a result is missing or broken.
+    pub(super) fn gather(
+        config: &ExperimentConfig,
+        layout: &Layout,
+        stages: Vec<StageRun>,
+        secs: f64,
+    ) -> anyhow::Result<Self> {
+        let eval: EvalReport = read(&layout.eval())?;
+        let rollout: RolloutReport = read(&layout.rollout())?;
+        let fewest = eval.rows.iter().min_by_key(|row| row.steps).context("the evaluation holds no row")?;
+        let scores = &fewest.scores;
+        let trivial = eval.trivial.as_ref();
+        Ok(Self {
+            name: config.name.clone(),
+            task: config.task.clone(),
+            steps: fewest.steps,
+            d_geo_mean: scores.d_geo_mean,
+            d_geo_std: scores.d_geo_std,
+            d_geo_by_steps: eval.rows.iter().map(|row| (row.steps, row.scores.d_geo_mean)).collect(),
+            rotation_rad: scores.rotation_rad,
+            translation_m: scores.translation_m,
+            eval_episodes: eval.episodes,
+            eval_seeds: eval.seeds.len(),
+            mean_trajectory: trivial.map(|trivial| trivial.mean_trajectory.d_geo_mean),
+            nearest_demonstration: trivial.map(|trivial| trivial.nearest_demonstration.d_geo_mean),
+            share_of_better_trivial: trivial.map(|trivial| scores.d_geo_mean / trivial.better().1),
+            rollouts: rollout.episodes,
+            successes: rollout.successes,
+            success_low: rollout.success_low,
+            success_high: rollout.success_high,
+            latency_ms: rollout.plan_latency_ms.map(|latency| (latency.p50, latency.p99)),
+            stages,
+            secs,
+            peak_memory_mib: peak_memory_mib(),
+            folder: layout.root().to_owned(),
+        })
+    }
+
+    /// The screen.
+    pub fn table(&self) -> Table {
+        let mut table = Table::facts(&self.name, &format!("{}, done in {}", self.task, duration(self.secs)));
+        let spread = self.d_geo_std.map(|std| format!(" ± {std:.4}")).unwrap_or_default();
+        let plural = if self.steps == 1 { "" } else { "s" };
+        table.fact(
+            &format!("D_geo, {} step{plural}", self.steps),
+            format!(
+                "{:.4}{spread} ({:.3} rad, {:.1} mm) on {} held-out episodes × {} noise seeds",
+                self.d_geo_mean,
+                self.rotation_rad,
+                1e3 * self.translation_m,
+                self.eval_episodes,
+                self.eval_seeds
+            ),
+        );
+        let by_steps = self.d_geo_by_steps.iter().map(|(steps, d_geo)| format!("{steps}: {d_geo:.4}"));
+        table.fact("D_geo by steps", by_steps.collect::<Vec<_>>().join("   "));
+        if let (Some(mean), Some(nearest), Some(share)) =
+            (self.mean_trajectory, self.nearest_demonstration, self.share_of_better_trivial)
+        {
+            let text = format!(
+                "mean trajectory {mean:.4}, nearest demonstration {nearest:.4}; policy / better = {share:.2}"
+            );
+            table.fact("trivial predictors", text);
+        }
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let (low, high) = (percent(self.success_low), percent(self.success_high));
+        let rate = percent(self.successes as f64 / self.rollouts.max(1) as f64);
+        table.fact(
+            "closed-loop success",
+            format!("{} of {}: {rate} (95 %, Wilson: {low} to {high})", self.successes, self.rollouts),
+        );
+        if let Some((p50, p99)) = self.latency_ms {
+            table.fact("policy latency", format!("{p50:.2} ms median, {p99:.2} ms 99th percentile"));
+        }
+        let stage = |run: &StageRun| {
+            let before = if run.skipped { " (before)" } else { "" };
+            format!("{} {}{before}", run.name, duration(run.secs))
+        };
+        table.fact("stages", self.stages.iter().map(stage).collect::<Vec<_>>().join(", "));
+        if let Some(memory) = self.peak_memory_mib {
+            table.fact("peak memory", format!("{memory:.0} MiB"));
+        }
+        let at = |name: &str| self.folder.join(name).display().to_string();
+        table.fact("results", format!("{}, {}", at("eval.json"), at("rollout.json")));
+        table.fact("policy", at("checkpoint"));
+        table.fact("log", format!("{} (opens in Foxglove and in Rerun)", at("rollout.mcap")));
+        table.fact("pictures", format!("{} (episodes, d_geo_steps, per_action, training)", at("pictures")));
+        table
+    }
+}
+
+fn read<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
+}
+
+fn duration(secs: f64) -> String {
+    if secs < 60.0 {
+        return format!("{secs:.1} s");
+    }
+    let whole = secs.round() as u64;
+    format!("{} min {:02} s", whole / 60, whole % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_readable() {
+        assert_eq!(duration(3.25), "3.2 s");
+        assert_eq!(duration(59.96), "60.0 s");
+        assert_eq!(duration(125.4), "2 min 05 s");
+    }
+}

@@ -6,12 +6,13 @@
 use std::error::Error;
 use std::time::Instant;
 
+use rand::RngExt;
 use rayon::prelude::*;
 use reseflow_data::{
     Action, Episode, EpisodeKey, EpisodeObserver, Outcome, Policy, RolloutConfig, Scene, Split, Task, Tick,
     rollout,
 };
-use reseflow_lie::SE3;
+use reseflow_lie::{SE3, SO3, Vector3};
 use reseflow_sim::{GenerateRequest, Generated, Scripted, Still, TriangleTask, generate};
 
 /// Collects the depth of every contact, metres.
@@ -100,6 +101,37 @@ fn noisy_success(
     Ok(results.iter().filter(|(outcome, _)| outcome.success).count())
 }
 
+/// Commands scattered about the table, openings beyond their range, now and then a NaN: how such episodes end.
+fn wild(task: &TriangleTask, episodes: u64) -> Result<(), Box<dyn Error>> {
+    let home =
+        SE3::new(SO3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0)), Vector3::new(0.0, 0.0, 0.12));
+    let results: Vec<_> = (0..episodes)
+        .into_par_iter()
+        .map(|index| {
+            let key = EpisodeKey { task: "triangle".into(), split: Split::Test, seed: 2, index, attempt: 0 };
+            let mut rng = key.rng("wild actions");
+            let actions = (0..10).map(|_| {
+                let nan = rng.random_range(0..200) == 0;
+                Action {
+                    world_from_gripper: SE3::sample_gaussian(&home, 0.5, 0.12, &mut rng),
+                    opening: if nan { f64::NAN } else { rng.random_range(-0.5..=1.5) },
+                }
+            });
+            run(task, &key, Some(Box::new(Scripted::new("wild", actions.collect()))))
+        })
+        .collect::<Result<_, _>>()?;
+    let mut ends = std::collections::BTreeMap::<String, usize>::new();
+    let mut depths: Vec<f64> = results.iter().flat_map(|(_, depths)| depths.iter().copied()).collect();
+    for (outcome, _) in &results {
+        *ends.entry(outcome.halt.map_or("none".to_owned(), |halt| halt.to_string())).or_default() += 1;
+    }
+    println!(
+        "wild actions, {episodes} episodes: {ends:?}; depth p99 {:.3} mm",
+        1e3 * percentile(&mut depths, 0.99)
+    );
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let episodes: u64 = std::env::args().nth(1).map_or(Ok(200), |text| text.parse())?;
     let task = TriangleTask::default();
@@ -143,5 +175,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         still.iter().filter(|(outcome, _)| outcome.success).count(),
         still.len()
     );
+    wild(&task, 1000)?;
     Ok(())
 }

@@ -14,7 +14,7 @@ use reseflow_sim::{overview_camera, render, task};
 const WIDTH: u32 = 400;
 const HEIGHT: u32 = 300;
 
-/// Keeps a picture of the end of every other action step, and every cloud.
+/// Keeps a picture of the end of each action step, and every cloud.
 #[derive(Default)]
 struct Album {
     frames: Vec<RgbImage>,
@@ -43,7 +43,7 @@ fn picture(scene: &dyn Scene) -> Option<RgbImage> {
     RgbImage::from_raw(WIDTH, HEIGHT, drawn.pixels)
 }
 
-/// Frames side by side, six in a row.
+/// Frames side by side, four in a row.
 fn strip(frames: &[RgbImage]) -> RgbImage {
     let columns = 4.min(frames.len()) as u32;
     let rows = (frames.len() as u32).div_ceil(columns.max(1));

@@ -31,7 +31,7 @@ pub struct RgbPicture {
 
 /// The viewpoint for pictures: beside the table, looking down at its middle.
 pub fn overview_camera(width: usize, height: usize) -> Camera {
-    Camera::looking_at([0.58, 0.30, 0.46], [0.0, 0.0, 0.12], 0.78, [width, height])
+    Camera::looking_at([0.52, 0.27, 0.55], [-0.05, -0.02, 0.11], 0.72, [width, height])
 }
 
 struct Drawn {

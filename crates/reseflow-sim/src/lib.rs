@@ -6,7 +6,7 @@
 //!
 //! # The gripper's frame
 //!
-//! The origin lies midway between the centres of the two pads; z is the approach direction, out of the palm; y is the
+//! The origin lies midway between the two pads, 8 mm before the finger tips; z is the approach direction, out of the palm; y is the
 //! direction in which the fingers close; x = y × z lies along the pads. Opening 1 is [`gripper::MAX_GAP_M`] between the
 //! pads, opening 0 closes them with the grip force.
 //!

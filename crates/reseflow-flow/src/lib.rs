@@ -1,0 +1,1 @@
+//! Rectified flows on SE(3) trajectories: priors, paths, objectives and solvers.

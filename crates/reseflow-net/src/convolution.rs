@@ -1,0 +1,95 @@
+//! Tensor-product convolution of degrees 0 and 1 along the edges of a neighbour graph.
+//!
+//! A message from j to i is the sum over the paths l_in ⊗ l_edge → l_out (0⊗0→0, 1⊗1→0, 0⊗1→1, 1⊗0→1, 1⊗1→1), each weighted per
+//! channel by a function of what is invariant on the edge: its length and the scalars at its two ends (after Tensor Field
+//! Networks, arXiv 1802.08219). Receivers take the envelope-weighted *mean*, so the output does not scale with the density.
+
+use burn::module::Module;
+use burn::nn::Linear;
+use burn::tensor::activation::silu;
+use burn::tensor::{Device, Tensor};
+use rand::Rng;
+
+use crate::init::linear;
+use crate::{EdgeTensors, Features, cross, dot};
+
+/// Sizes of a [`Convolution`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConvolutionConfig {
+    /// Channels C of both degrees, at both ends.
+    pub channels: usize,
+    /// Radial basis functions R.
+    pub radial: usize,
+    /// Whether sources carry vectors; without, only the two paths from scalars exist.
+    pub source_vectors: bool,
+}
+
+/// One convolution; see the module's description.
+#[derive(Module, Debug)]
+pub struct Convolution {
+    source: Linear,
+    receiver: Linear,
+    edge: Linear,
+    paths: Linear,
+    #[module(skip)]
+    source_vectors: bool,
+}
+
+impl ConvolutionConfig {
+    /// Draws the weights.
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Convolution {
+        let channels = self.channels;
+        let paths = if self.source_vectors { 5 } else { 2 };
+        Convolution {
+            source: linear([channels, channels], 1.0, false, device, rng),
+            receiver: linear([channels, channels], 1.0, false, device, rng),
+            edge: linear([self.radial, channels], 1.0, true, device, rng),
+            paths: linear([channels, paths * channels], 1.0, false, device, rng),
+            source_vectors: self.source_vectors,
+        }
+    }
+}
+
+impl Convolution {
+    /// The mean message at every receiver.
+    ///
+    /// # Shapes
+    /// - `sources`: S nodes, scalars `[S, C]` and, where the config says so, vectors `[3, S, C]`
+    /// - `receiver_scalars`: `[P, C]`
+    /// - output: scalars `[P, C]`, vectors `[3, P, C]`
+    pub fn forward(&self, sources: &Features, receiver_scalars: Tensor<2>, edges: &EdgeTensors) -> Features {
+        let [receivers, channels] = receiver_scalars.dims();
+        let per_receiver = edges.per_receiver;
+        let count = receivers * per_receiver;
+
+        // What both ends contribute is linear, so it is computed at the nodes and only then spread over the edges.
+        let from_source = self.source.forward(sources.scalars.clone()).select(0, edges.sources.clone());
+        let at_receiver = self.receiver.forward(receiver_scalars).reshape([receivers, 1, channels]);
+        let hidden = (from_source + self.edge.forward(edges.radial.clone())).reshape([receivers, per_receiver, channels]);
+        let hidden = silu((hidden + at_receiver).reshape([count, channels])) * edges.weights.clone();
+        let weights = self.paths.forward(hidden);
+        let path = |index: usize| weights.clone().narrow(1, index * channels, channels);
+        let gate = |index: usize| path(index).reshape([1, count, channels]);
+
+        let scalars = sources.scalars.clone().select(0, edges.sources.clone());
+        let directions = edges.directions.clone();
+        let (scalar_message, vector_message) = if self.source_vectors {
+            let vectors = sources.vectors.clone().select(1, edges.sources.clone());
+            let along = dot(vectors.clone(), directions.clone());
+            let across = cross(vectors.clone(), directions.clone());
+            (
+                path(0) * scalars + path(2) * along,
+                gate(1) * directions + gate(3) * vectors + gate(4) * across,
+            )
+        } else {
+            (path(0) * scalars, gate(1) * directions)
+        };
+        Features {
+            scalars: scalar_message.reshape([receivers, per_receiver, channels]).sum_dim(1).reshape([receivers, channels]),
+            vectors: vector_message
+                .reshape([3, receivers, per_receiver, channels])
+                .sum_dim(2)
+                .reshape([3, receivers, channels]),
+        }
+    }
+}

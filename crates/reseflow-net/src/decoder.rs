@@ -1,0 +1,207 @@
+//! The trajectory decoder: L tokens attend to the nodes and to each other; every node predicts every pose. Runs once per solver
+//! step.
+//!
+//! A node's prediction of a pose is two columns (made a rotation by Gram–Schmidt) and an offset from the node. The consensus
+//! averages columns and positions under invariant weights and orthonormalises once.
+
+use burn::module::{Module, Param};
+use burn::nn::Linear;
+use burn::tensor::activation::softmax;
+use burn::tensor::{Device, Tensor};
+use rand::Rng;
+use reseflow_lie_tensor::gram_schmidt;
+use serde::{Deserialize, Serialize};
+
+use crate::context::ContextEncoder;
+use crate::init::{linear, normal};
+use crate::tokens::{FOURIER_WIDTH, LENGTH_SCALE_M};
+use crate::{
+    EncodedScenes, Features, Interaction, InteractionConfig, InvariantAttention, InvariantAttentionConfig, NetError,
+    SceneContext, SceneState, TokenBatch,
+};
+
+/// Sizes of the [`Decoder`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DecoderConfig {
+    /// Trajectory steps L.
+    pub horizon: usize,
+    /// Observation frames O.
+    pub frames: usize,
+    /// Layers of interaction, self-attention and attention to the nodes.
+    pub layers: usize,
+    /// Scalar channels per token, D.
+    pub token_scalars: usize,
+    /// Vector channels per token, V.
+    pub token_vectors: usize,
+    /// Nodes K; filled in from the encoder.
+    #[serde(skip)]
+    pub nodes: usize,
+    /// Node channels C; filled in from the encoder.
+    #[serde(skip)]
+    pub channels: usize,
+}
+
+impl Default for DecoderConfig {
+    fn default() -> Self {
+        Self { horizon: 10, frames: 2, layers: 3, token_scalars: 64, token_vectors: 32, nodes: 4, channels: 32 }
+    }
+}
+
+impl DecoderConfig {
+    /// Checks that every size makes sense.
+    ///
+    /// # Errors
+    /// [`NetError::Config`] naming the first key that does not.
+    pub fn validate(&self) -> Result<(), NetError> {
+        for (key, value) in [
+            ("horizon", self.horizon),
+            ("frames", self.frames),
+            ("token_scalars", self.token_scalars),
+            ("token_vectors", self.token_vectors),
+        ] {
+            if value == 0 {
+                return Err(NetError::Config(format!("decoder.{key} must be at least 1, got 0")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws the weights.
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Decoder {
+        let token = [self.token_scalars, self.token_vectors];
+        let node = [self.channels, self.channels + 1];
+        let interaction =
+            InteractionConfig { scalars: token[0], vectors: token[1], hidden: token[0] + 2 * token[1] };
+        let to_self = InvariantAttentionConfig { query: token, memory: token, key: 32 };
+        let to_nodes = InvariantAttentionConfig { query: token, memory: node, key: 32 };
+        Decoder {
+            context: ContextEncoder::new(self, device, rng),
+            step_embedding: normal([self.horizon, token[0]], 0.3, device, rng),
+            scalar_input: linear([FOURIER_WIDTH + 1, token[0]], 1.0, false, device, rng),
+            vector_input: linear([4, token[1]], 1.0, false, device, rng),
+            interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
+            self_attention: (0..self.layers).map(|_| to_self.init(device, rng)).collect(),
+            node_attention: (0..self.layers).map(|_| to_nodes.init(device, rng)).collect(),
+            poses: linear([token[1], 3 * self.nodes], 0.5, false, device, rng),
+            consensus: linear([token[0], self.nodes], 0.5, false, device, rng),
+            opening: linear([token[0], 1], 0.5, true, device, rng),
+            nodes: self.nodes,
+        }
+    }
+}
+
+/// From a scene and a noisy trajectory to the clean one; see the module's description.
+#[derive(Module, Debug)]
+pub struct Decoder {
+    context: ContextEncoder,
+    step_embedding: Param<Tensor<2>>,
+    scalar_input: Linear,
+    vector_input: Linear,
+    interactions: Vec<Interaction>,
+    self_attention: Vec<InvariantAttention>,
+    node_attention: Vec<InvariantAttention>,
+    poses: Linear,
+    consensus: Linear,
+    opening: Linear,
+    #[module(skip)]
+    nodes: usize,
+}
+
+/// The predicted clean trajectory Ĥ¹, relative to the scenes' origins.
+#[derive(Debug, Clone)]
+pub struct EndpointPrediction {
+    /// Consensus rotations, `[B·L, 3, 3]`.
+    pub rotations: Tensor<3>,
+    /// Consensus positions, metres, `[B·L, 3]`.
+    pub positions_m: Tensor<2>,
+    /// Openings, not clamped, `[B·L, 1]`.
+    pub openings: Tensor<2>,
+    /// Every node's rotations, `[B·L·K, 3, 3]`.
+    pub node_rotations: Tensor<3>,
+    /// Every node's positions, metres, `[B·L·K, 3]`.
+    pub node_positions_m: Tensor<2>,
+    /// Consensus weights, `[B·L, K]`.
+    pub weights: Tensor<2>,
+}
+
+impl Decoder {
+    /// What the decoder needs to know about the scenes; once per observation.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where frames and states do not go together.
+    pub fn context(&self, frames: &[EncodedScenes], states: &[SceneState]) -> Result<SceneContext, NetError> {
+        self.context.forward(frames, states)
+    }
+
+    /// The endpoint that the tokens flow towards; once per solver step.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where the tokens have another horizon or batch than the network and the context.
+    pub fn forward(&self, context: &SceneContext, tokens: &TokenBatch) -> Result<EndpointPrediction, NetError> {
+        let [horizon, scalar_width] = self.step_embedding.dims();
+        if tokens.horizon != horizon {
+            return Err(NetError::Mismatch { what: "tokens per trajectory", expected: horizon, got: tokens.horizon });
+        }
+        let scenes = context.origins_m.len();
+        let [rows, _] = tokens.scalars.dims();
+        if rows != scenes * horizon {
+            return Err(NetError::Mismatch { what: "tokens in the batch", expected: scenes * horizon, got: rows });
+        }
+
+        let scalars = self.scalar_input.forward(tokens.scalars.clone()).reshape([scenes, horizon, scalar_width])
+            + context.scene.scalars.clone().reshape([scenes, 1, scalar_width])
+            + self.step_embedding.val().reshape([1, horizon, scalar_width]);
+        let [_, _, vector_width] = context.scene.vectors.dims();
+        let vectors = self.vector_input.forward(tokens.vectors.clone()).reshape([3, scenes, horizon, vector_width])
+            + context.scene.vectors.clone().reshape([3, scenes, 1, vector_width]);
+        let mut features = Features {
+            scalars: scalars.reshape([rows, scalar_width]),
+            vectors: vectors.reshape([3, rows, vector_width]),
+        };
+        for ((interaction, self_attention), node_attention) in
+            self.interactions.iter().zip(&self.self_attention).zip(&self.node_attention)
+        {
+            features = interaction.forward(features);
+            let from_tokens = self_attention.forward(scenes, &features, &features);
+            let from_nodes = node_attention.forward(scenes, &features, &context.memory);
+            features = Features {
+                scalars: features.scalars + from_tokens.scalars + from_nodes.scalars,
+                vectors: features.vectors + from_tokens.vectors + from_nodes.vectors,
+            }
+            .soft_normalize();
+        }
+        Ok(self.read_out(context, features, scenes, horizon))
+    }
+
+    /// Poses of every node and their consensus from the tokens' final features.
+    fn read_out(&self, context: &SceneContext, features: Features, scenes: usize, horizon: usize) -> EndpointPrediction {
+        let (nodes, rows) = (self.nodes, scenes * horizon);
+        let weights = softmax(self.consensus.forward(features.scalars.clone()), 1);
+        let openings = self.opening.forward(features.scalars);
+
+        // [3, B, L, 3, K]: first column, second column and offset, per node.
+        let poses = self.poses.forward(features.vectors).reshape([3, scenes, horizon, 3 * nodes])
+            + context.skip.clone().reshape([3, scenes, 1, 3 * nodes]);
+        let poses = poses.reshape([3, rows, 3, nodes]);
+        let part = |index: usize| poses.clone().narrow(2, index, 1).reshape([3, rows, nodes]);
+        let (first, second, offset) = (part(0), part(1), part(2));
+        let node_positions = (offset.reshape([3, scenes, horizon, nodes])
+            + context.node_positions.clone().reshape([3, scenes, 1, nodes]))
+        .reshape([3, rows, nodes])
+        .mul_scalar(LENGTH_SCALE_M);
+
+        let averaged = |values: &Tensor<3>| {
+            (values.clone() * weights.clone().reshape([1, rows, nodes])).sum_dim(2).reshape([3, rows]).swap_dims(0, 1)
+        };
+        let rows_of = |values: Tensor<3>| values.permute([1, 2, 0]).reshape([rows * nodes, 3]);
+        EndpointPrediction {
+            rotations: gram_schmidt(averaged(&first), averaged(&second)),
+            positions_m: averaged(&node_positions),
+            openings,
+            node_rotations: gram_schmidt(rows_of(first), rows_of(second)),
+            node_positions_m: rows_of(node_positions),
+            weights,
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! The drift model: encoder and decoder under one configuration.
+
+use burn::module::Module;
+use burn::tensor::Device;
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    CloudGraph, Decoder, DecoderConfig, EncodedScenes, Encoder, EncoderConfig, EndpointPrediction, NetError, SceneBatch,
+    SceneContext, SceneState, TokenBatch,
+};
+
+/// Sizes of a [`DriftNet`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DriftNetConfig {
+    /// The encoder.
+    pub encoder: EncoderConfig,
+    /// The decoder.
+    pub decoder: DecoderConfig,
+}
+
+impl DriftNetConfig {
+    /// Checks that every size makes sense.
+    ///
+    /// # Errors
+    /// [`NetError::Config`] naming the first key that does not.
+    pub fn validate(&self) -> Result<(), NetError> {
+        self.encoder.validate()?;
+        self.decoder.validate()
+    }
+
+    /// Draws the weights.
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> DriftNet {
+        let decoder =
+            DecoderConfig { nodes: self.encoder.nodes, channels: self.encoder.channels, ..self.decoder.clone() };
+        DriftNet {
+            encoder: self.encoder.init(device, rng),
+            decoder: decoder.init(device, rng),
+            config: self.clone(),
+        }
+    }
+}
+
+/// Encoder and decoder. Encode and build the context once per observation, then decode once per solver step.
+#[derive(Module, Debug)]
+pub struct DriftNet {
+    encoder: Encoder,
+    decoder: Decoder,
+    #[module(skip)]
+    config: DriftNetConfig,
+}
+
+impl DriftNet {
+    /// The configuration that the network was made with.
+    pub fn config(&self) -> &DriftNetConfig {
+        &self.config
+    }
+
+    /// Encodes one frame of each of B scenes.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where graphs were built with other sizes.
+    pub fn encode<'a>(
+        &self,
+        graphs: impl IntoIterator<Item = &'a CloudGraph>,
+        device: &Device,
+    ) -> Result<EncodedScenes, NetError> {
+        let EncoderConfig { point_radial, centre_radial, .. } = &self.config.encoder;
+        let batch = SceneBatch::collate(graphs, point_radial, centre_radial, device)?;
+        Ok(self.encoder.forward(&batch))
+    }
+
+    /// Combines O encoded frames, oldest first, with the grippers' states.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where frames and states do not go together.
+    pub fn context(&self, frames: &[EncodedScenes], states: &[SceneState]) -> Result<SceneContext, NetError> {
+        self.decoder.context(frames, states)
+    }
+
+    /// Predicts the clean trajectory from a noisy one.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where the tokens do not fit the network or the context.
+    pub fn decode(&self, context: &SceneContext, tokens: &TokenBatch) -> Result<EndpointPrediction, NetError> {
+        self.decoder.forward(context, tokens)
+    }
+}

@@ -1,0 +1,153 @@
+//! The encoder: colours and geometry in, K nodes with features of degrees 0 and 1 out. Runs once per observation.
+
+use burn::module::Module;
+use burn::nn::Linear;
+use burn::tensor::{Device, Tensor};
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::init::linear;
+use crate::tokens::LENGTH_SCALE_M;
+use crate::{
+    Convolution, ConvolutionConfig, Features, GraphConfig, HeatMap, HeatMapConfig, Interaction, InteractionConfig, NetError,
+    RadialBasis, SceneBatch,
+};
+
+/// Sizes of the [`Encoder`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EncoderConfig {
+    /// The neighbour graph.
+    pub graph: GraphConfig,
+    /// Channels C per degree.
+    pub channels: usize,
+    /// Convolutions among the centres, after the one from the points.
+    pub layers: usize,
+    /// Heat-map nodes K.
+    pub nodes: usize,
+    /// Basis of the lengths between points and centres.
+    pub point_radial: RadialBasis,
+    /// Basis of the lengths between centres.
+    pub centre_radial: RadialBasis,
+}
+
+impl Default for EncoderConfig {
+    fn default() -> Self {
+        Self {
+            graph: GraphConfig::default(),
+            channels: 32,
+            layers: 2,
+            nodes: 4,
+            point_radial: RadialBasis { count: 8, max_m: 0.12 },
+            centre_radial: RadialBasis { count: 8, max_m: 0.3 },
+        }
+    }
+}
+
+impl EncoderConfig {
+    /// Checks that every size makes sense.
+    ///
+    /// # Errors
+    /// [`NetError::Config`] naming the first key that does not.
+    pub fn validate(&self) -> Result<(), NetError> {
+        for (key, value) in [
+            ("graph.centres", self.graph.centres),
+            ("graph.point_neighbors", self.graph.point_neighbors),
+            ("graph.centre_neighbors", self.graph.centre_neighbors),
+            ("channels", self.channels),
+            ("nodes", self.nodes),
+        ] {
+            if value == 0 {
+                return Err(NetError::Config(format!("encoder.{key} must be at least 1, got 0")));
+            }
+        }
+        for (key, basis) in [("point_radial", self.point_radial), ("centre_radial", self.centre_radial)] {
+            if basis.count < 2 || !(basis.max_m.is_finite() && basis.max_m > 0.0) {
+                return Err(NetError::Config(format!(
+                    "encoder.{key} needs count >= 2 and max_m > 0, got count = {} and max_m = {}",
+                    basis.count, basis.max_m
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws the weights.
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Encoder {
+        let channels = self.channels;
+        let convolution = |radial: RadialBasis, source_vectors| ConvolutionConfig { channels, radial: radial.count, source_vectors };
+        let interaction = InteractionConfig { scalars: channels, vectors: channels, hidden: 2 * channels };
+        Encoder {
+            embed: linear([3, channels], 1.0, true, device, rng),
+            place: linear([channels, channels], 1.0, true, device, rng),
+            from_points: convolution(self.point_radial, false).init(device, rng),
+            point_interaction: interaction.init(device, rng),
+            convolutions: (0..self.layers).map(|_| convolution(self.centre_radial, true).init(device, rng)).collect(),
+            interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
+            heat_map: HeatMapConfig { channels, nodes: self.nodes }.init(device, rng),
+        }
+    }
+}
+
+/// From clouds to nodes; see the module's description.
+#[derive(Module, Debug)]
+pub struct Encoder {
+    embed: Linear,
+    place: Linear,
+    from_points: Convolution,
+    point_interaction: Interaction,
+    convolutions: Vec<Convolution>,
+    interactions: Vec<Interaction>,
+    heat_map: HeatMap,
+}
+
+/// What the encoder says about B scenes.
+#[derive(Debug, Clone)]
+pub struct EncodedScenes {
+    /// Centroids, world frame, metres: the origin of `positions`.
+    pub centroids_m: Vec<[f64; 3]>,
+    /// Node positions over the length scale, relative to the centroid, `[3, B·K, 1]`.
+    pub positions: Tensor<3>,
+    /// Node features, scalars `[B·K, C]`, vectors `[3, B·K, C]`.
+    pub nodes: Features,
+    /// Heat maps over the centres, `[B, K, M]`.
+    pub heat: Tensor<3>,
+}
+
+impl Encoder {
+    /// Encodes a batch of scenes, each in its centroid's frame.
+    pub fn forward(&self, batch: &SceneBatch) -> EncodedScenes {
+        let scenes = batch.len();
+        let embedded = self.embed.forward(batch.colors.clone()).tanh();
+        let centre_scalars = embedded.clone().select(0, batch.centres.clone());
+        let [rows, channels] = centre_scalars.dims();
+        let positions = batch.centre_positions.clone().div_scalar(LENGTH_SCALE_M);
+
+        let points = Features { scalars: embedded, vectors: Tensor::zeros([3, 1, 1], &batch.colors.device()) };
+        let message = self.from_points.forward(&points, centre_scalars.clone(), &batch.point_edges);
+        let scalars = centre_scalars + message.scalars;
+        let placed = self.place.forward(scalars.clone()).reshape([1, rows, channels]) * positions.clone();
+        let mut features =
+            self.point_interaction.forward(Features { scalars, vectors: message.vectors + placed });
+        for (convolution, interaction) in self.convolutions.iter().zip(&self.interactions) {
+            let message = convolution.forward(&features, features.scalars.clone(), &batch.centre_edges);
+            features = interaction.forward(Features {
+                scalars: features.scalars + message.scalars,
+                vectors: features.vectors + message.vectors,
+            });
+        }
+
+        let heat = self.heat_map.weights(scenes, &features);
+        let with_position = Features {
+            scalars: features.scalars,
+            vectors: Tensor::cat(vec![features.vectors, positions], 2),
+        };
+        let nodes = HeatMap::pool(&heat, with_position);
+        EncodedScenes {
+            centroids_m: batch.centroids_m.clone(),
+            positions: nodes.vectors.clone().narrow(2, channels, 1),
+            nodes: Features { scalars: nodes.scalars, vectors: nodes.vectors.narrow(2, 0, channels) },
+            heat,
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! An SE(3)-equivariant network from coloured point clouds to gripper trajectories, on burn.
+//!
+//! The *encoder* runs once per observation: a neighbour graph ([`CloudGraph`]), messages of degrees 0 and 1 from all points to
+//! sub-sampled centres and among the centres, and K heat maps that turn the cloud into K *nodes* (after SE3ManiNet, arXiv
+//! 2403.19460). The *decoder* runs once per solver step: L trajectory tokens attend to the nodes and to each other, and every
+//! node predicts every pose; the consensus of the nodes is the flow's endpoint.
+//!
+//! Everything is exactly equivariant under SE(3) and not under reflections: vectors mix only through sums, invariant gates and
+//! cross products, and positions enter relative to the cloud's centroid.
+
+mod attention;
+mod context;
+mod convolution;
+mod decoder;
+mod drift;
+mod encoder;
+mod error;
+mod features;
+mod graph;
+mod heat_map;
+mod init;
+mod interaction;
+mod radial;
+mod scene_batch;
+mod tokens;
+
+pub use attention::{InvariantAttention, InvariantAttentionConfig};
+pub use context::{FrameState, SceneContext, SceneState};
+pub use convolution::{Convolution, ConvolutionConfig};
+pub use decoder::{Decoder, DecoderConfig, EndpointPrediction};
+pub use drift::{DriftNet, DriftNetConfig};
+pub use encoder::{EncodedScenes, Encoder, EncoderConfig};
+pub use error::NetError;
+pub use features::{Features, cross, dot};
+pub use graph::{CloudGraph, EdgeList, GraphConfig};
+pub use heat_map::{HeatMap, HeatMapConfig};
+pub use interaction::{Interaction, InteractionConfig};
+pub use radial::RadialBasis;
+pub use scene_batch::{EdgeTensors, SceneBatch};
+pub use tokens::{TokenBatch, TokenState};

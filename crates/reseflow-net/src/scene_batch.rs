@@ -1,0 +1,154 @@
+//! Many clouds with their graphs as one flat batch of tensors.
+
+use burn::tensor::{Device, Int, Tensor, TensorData};
+
+use crate::{CloudGraph, EdgeList, NetError, RadialBasis};
+
+/// Displacements shorter than this point nowhere in particular: the direction fades out smoothly below it, metres.
+const SHORTEST_DIRECTION_M: f64 = 1e-3;
+
+/// Edges of a whole batch, grouped by receiver.
+#[derive(Debug, Clone)]
+pub struct EdgeTensors {
+    /// Edges per receiver.
+    pub per_receiver: usize,
+    /// Source rows, `[E]`.
+    pub sources: Tensor<1, Int>,
+    /// r / √(‖r‖² + ε²), `[3, E, 1]`.
+    pub directions: Tensor<3>,
+    /// Radial basis of the edge length, `[E, R]`.
+    pub radial: Tensor<2>,
+    /// Envelope weights, `[E, 1]`.
+    pub weights: Tensor<2>,
+}
+
+/// B clouds as tensors; points of all clouds lie in one axis.
+#[derive(Debug, Clone)]
+pub struct SceneBatch {
+    /// Centroids, world frame, metres, one per scene.
+    pub centroids_m: Vec<[f64; 3]>,
+    /// Centres per scene, M.
+    pub centres_per_scene: usize,
+    /// Colours, `[P, 3]`.
+    pub colors: Tensor<2>,
+    /// Rows of the centres among the points, `[B·M]`.
+    pub centres: Tensor<1, Int>,
+    /// Centres relative to their centroid, `[3, B·M, 1]`.
+    pub centre_positions: Tensor<3>,
+    /// Edges from points to centres.
+    pub point_edges: EdgeTensors,
+    /// Edges among centres.
+    pub centre_edges: EdgeTensors,
+}
+
+impl SceneBatch {
+    /// Lays `graphs` behind one another.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where there is no graph, or graphs were built with different sizes.
+    pub fn collate<'a>(
+        graphs: impl IntoIterator<Item = &'a CloudGraph>,
+        point_radial: &RadialBasis,
+        centre_radial: &RadialBasis,
+        device: &Device,
+    ) -> Result<Self, NetError> {
+        let graphs: Vec<&CloudGraph> = graphs.into_iter().collect();
+        let Some(first) = graphs.first() else {
+            return Err(NetError::Mismatch { what: "scenes in a batch", expected: 1, got: 0 });
+        };
+        let centres_per_scene = first.centres.len();
+        for graph in &graphs {
+            for (what, expected, got) in [
+                ("centres", centres_per_scene, graph.centres.len()),
+                ("edges per centre", first.point_edges.per_receiver, graph.point_edges.per_receiver),
+                ("edges among centres", first.centre_edges.per_receiver, graph.centre_edges.per_receiver),
+            ] {
+                if expected != got {
+                    return Err(NetError::Mismatch { what, expected, got });
+                }
+            }
+        }
+        let points: usize = graphs.iter().map(|graph| graph.positions_m.len()).sum();
+        let colors = graphs.iter().flat_map(|graph| graph.colors.iter().flatten().copied()).collect();
+        let mut centres = Vec::with_capacity(graphs.len() * centres_per_scene);
+        let mut first_point = 0;
+        for graph in &graphs {
+            centres.extend(graph.centres.iter().map(|&centre| (first_point + centre) as i64));
+            first_point += graph.positions_m.len();
+        }
+        let positions: Vec<[f64; 3]> =
+            graphs.iter().flat_map(|graph| graph.centres.iter().map(|&centre| graph.positions_m[centre])).collect();
+        Ok(Self {
+            centroids_m: graphs.iter().map(|graph| graph.centroid_m).collect(),
+            centres_per_scene,
+            colors: floats(colors, [points, 3], device),
+            centres: indices(centres, device),
+            centre_positions: component_first(&positions, device),
+            point_edges: edge_tensors(
+                graphs.iter().map(|graph| (&graph.point_edges, graph.positions_m.len())),
+                point_radial,
+                device,
+            ),
+            centre_edges: edge_tensors(
+                graphs.iter().map(|graph| (&graph.centre_edges, centres_per_scene)),
+                centre_radial,
+                device,
+            ),
+        })
+    }
+
+    /// The number of scenes B.
+    pub fn len(&self) -> usize {
+        self.centroids_m.len()
+    }
+
+    /// Whether there is no scene; never so for a collated batch.
+    pub fn is_empty(&self) -> bool {
+        self.centroids_m.is_empty()
+    }
+}
+
+fn edge_tensors<'a>(
+    lists: impl Iterator<Item = (&'a EdgeList, usize)>,
+    radial_basis: &RadialBasis,
+    device: &Device,
+) -> EdgeTensors {
+    let (mut sources, mut directions, mut radial, mut weights) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut first_source, mut per_receiver) = (0, 0);
+    for (list, source_count) in lists {
+        per_receiver = list.per_receiver;
+        sources.extend(list.sources.iter().map(|&source| (first_source + source) as i64));
+        weights.extend_from_slice(&list.weights);
+        for displacement in &list.displacement_m {
+            let squared: f64 = displacement.iter().map(|value| value * value).sum();
+            let softened = (squared + SHORTEST_DIRECTION_M * SHORTEST_DIRECTION_M).sqrt();
+            directions.push(displacement.map(|value| value / softened));
+            radial_basis.evaluate_into(squared.sqrt(), &mut radial);
+        }
+        first_source += source_count;
+    }
+    let edges = sources.len();
+    EdgeTensors {
+        per_receiver,
+        sources: indices(sources, device),
+        directions: component_first(&directions, device),
+        radial: floats(radial, [edges, radial_basis.count], device),
+        weights: floats(weights, [edges, 1], device),
+    }
+}
+
+/// Values as a tensor of the device's own float type.
+pub(crate) fn floats<const D: usize>(values: Vec<f64>, shape: [usize; D], device: &Device) -> Tensor<D> {
+    Tensor::from_data(TensorData::new(values, shape), device)
+}
+
+fn indices(values: Vec<i64>, device: &Device) -> Tensor<1, Int> {
+    let count = values.len();
+    Tensor::from_data(TensorData::new(values, [count]), device)
+}
+
+/// N vectors as `[3, N, 1]`.
+fn component_first(vectors: &[[f64; 3]], device: &Device) -> Tensor<3> {
+    let values = (0..3).flat_map(|axis| vectors.iter().map(move |vector| vector[axis])).collect();
+    floats(values, [3, vectors.len(), 1], device)
+}

@@ -1,0 +1,1 @@
+//! The drift model, its training loop, checkpoints and the policies that they become.

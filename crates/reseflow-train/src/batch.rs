@@ -1,0 +1,105 @@
+//! One shard of a training batch: windows with jittered clouds, noise and flow times, drawn from a stream of its own.
+
+use burn::tensor::{Device, Tensor, TensorData};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use reseflow_data::{ActionChunk, Dataset, Observation, Window};
+use reseflow_flow::{EndpointTargets, LossParts, NodeTargets, ScrewPath, endpoint_loss};
+use reseflow_net::{DriftNet, HeatMap, TokenBatch};
+
+use crate::convert::{graph, token, tokens};
+use crate::{ModelConfig, TrainConfig, TrainError};
+
+/// Draws windows and the loss's inputs, and evaluates the loss of `net`.
+pub(crate) fn shard_loss(
+    net: &DriftNet,
+    data: &Dataset,
+    model: &ModelConfig,
+    train: &TrainConfig,
+    device: &Device,
+    rng: &mut ChaCha8Rng,
+) -> Result<LossParts, TrainError> {
+    let decoder = &model.network.decoder;
+    let count = train.batch_size / train.shards;
+    let (mut frames, mut states, mut trajectories, mut targets, mut weights, mut times) =
+        (vec![Vec::new(); decoder.frames], Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..count {
+        let window = draw_window(data, train, rng);
+        let observed: Vec<&Observation> = window.frames(&data.episodes, decoder.frames).collect();
+        let grippers = observed.iter().map(|seen| token(&seen.world_from_gripper, seen.gripper_opening)).collect();
+        for (frame, &seen) in frames.iter_mut().zip(&observed) {
+            frame.push(graph(&jittered(seen, train.jitter_m, rng), &model.network.encoder.graph)?);
+        }
+        let progress = (window.step as f64 / decoder.horizon as f64).min(1.0);
+        states.push(reseflow_net::SceneState { frames: grippers, progress });
+
+        let latest = observed[observed.len() - 1];
+        let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
+        let clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
+        let noise = model.prior.sample(&latest.world_from_gripper, latest.gripper_opening, decoder.horizon, rng);
+        let t = train.time.sample(rng);
+        trajectories.push(tokens(&ScrewPath.at(&noise, &clean, t)));
+        times.push(t);
+        weights.extend(wanted.iter().map(|target| target.weight()));
+        targets.push(clean);
+    }
+    let encoded: Result<Vec<_>, _> = frames.iter().map(|graphs| net.encode(graphs, device)).collect();
+    let encoded = encoded?;
+    let context = net.context(&encoded, &states)?;
+    let batch = TokenBatch::new(&trajectories, &times, &context.origins_m, device)?;
+    let prediction = net.decode(&context, &batch)?;
+    let overlap = match encoded.last() {
+        Some(latest) => HeatMap::overlap(&latest.heat),
+        None => Tensor::zeros([1], device),
+    };
+    let actions = weights.len();
+    Ok(endpoint_loss(
+        &EndpointTargets {
+            rotations: prediction.rotations,
+            positions_m: prediction.positions_m,
+            openings: prediction.openings,
+        },
+        &NodeTargets { rotations: prediction.node_rotations, positions_m: prediction.node_positions_m },
+        &target_tensors(&targets, &context.origins_m, device),
+        Tensor::from_data(TensorData::new(weights, [actions]), device),
+        overlap,
+        &train.objective,
+    ))
+}
+
+fn draw_window(data: &Dataset, train: &TrainConfig, rng: &mut ChaCha8Rng) -> Window {
+    let episode = rng.random_range(0..data.episodes.len());
+    let first: f64 = rng.random();
+    let step = rng.random_range(0..data.episodes[episode].actions.len());
+    Window { episode, step: if first < train.first_window_share { 0 } else { step } }
+}
+
+/// The observation with every point moved by independent noise.
+fn jittered(observation: &Observation, sigma_m: f64, rng: &mut ChaCha8Rng) -> Observation {
+    let mut jittered = observation.clone();
+    if let Ok(noise) = Normal::new(0.0, sigma_m) {
+        for value in jittered.cloud.points.iter_mut().flatten() {
+            *value += noise.sample(rng) as f32;
+        }
+    }
+    jittered
+}
+
+fn target_tensors(chunks: &[ActionChunk], origins_m: &[[f64; 3]], device: &Device) -> EndpointTargets {
+    let (mut rotations, mut positions, mut openings) = (Vec::new(), Vec::new(), Vec::new());
+    for (chunk, origin) in chunks.iter().zip(origins_m) {
+        for action in chunk.iter() {
+            // nalgebra iterates by columns, tensors are laid out by rows.
+            rotations.extend(action.world_from_gripper.rotation.matrix().transpose().iter().copied());
+            positions.extend((0..3).map(|axis| action.world_from_gripper.translation[axis] - origin[axis]));
+            openings.push(action.opening);
+        }
+    }
+    let count = openings.len();
+    EndpointTargets {
+        rotations: Tensor::from_data(TensorData::new(rotations, [count, 3, 3]), device),
+        positions_m: Tensor::from_data(TensorData::new(positions, [count, 3]), device),
+        openings: Tensor::from_data(TensorData::new(openings, [count, 1]), device),
+    }
+}

@@ -1,0 +1,128 @@
+//! What a policy is made of and how it is trained.
+
+use reseflow_flow::{GripperPrior, ObjectiveConfig, TimeSampling};
+use reseflow_net::DriftNetConfig;
+use serde::{Deserialize, Serialize};
+
+use crate::TrainError;
+
+/// Everything needed to rebuild a policy around its weights.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModelConfig {
+    /// The drift network.
+    pub network: DriftNetConfig,
+    /// The noise.
+    pub prior: GripperPrior,
+}
+
+impl ModelConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// What the network or the prior refuses.
+    pub fn validate(&self) -> Result<(), TrainError> {
+        self.network.validate()?;
+        Ok(self.prior.validate()?)
+    }
+}
+
+/// The optimisation of Flow 1: AdamW, warm-up and cosine, global clipping, averaged weights.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrainConfig {
+    /// Optimiser updates.
+    pub updates: usize,
+    /// Windows per update.
+    pub batch_size: usize,
+    /// Threads that share a batch; part of the arithmetic, so not guessed from the machine.
+    pub shards: usize,
+    /// Peak learning rate.
+    pub learning_rate: f64,
+    /// Updates of linear warm-up.
+    pub warmup: usize,
+    /// Decoupled weight decay.
+    pub weight_decay: f64,
+    /// Largest global gradient norm.
+    pub clip_norm: f64,
+    /// Decay of the averaged weights.
+    pub ema_decay: f64,
+    /// Share of windows that start with the episode; the rest is uniform over all steps.
+    pub first_window_share: f64,
+    /// Standard deviation of the jitter of cloud points, metres.
+    pub jitter_m: f64,
+    /// Updates between validations.
+    pub validate_every: usize,
+    /// Names the random streams of weights, batches and noise.
+    pub seed: u64,
+    /// Flow times.
+    pub time: TimeSampling,
+    /// The objective's weights.
+    pub objective: ObjectiveConfig,
+}
+
+impl Default for TrainConfig {
+    fn default() -> Self {
+        Self {
+            updates: 3000,
+            batch_size: 16,
+            shards: 2,
+            learning_rate: 2e-3,
+            warmup: 100,
+            weight_decay: 1e-4,
+            clip_norm: 1.0,
+            ema_decay: 0.995,
+            first_window_share: 0.3,
+            jitter_m: 0.001,
+            validate_every: 500,
+            seed: 1,
+            time: TimeSampling::default(),
+            objective: ObjectiveConfig::default(),
+        }
+    }
+}
+
+impl TrainConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`] naming the first that is out of range.
+    pub fn validate(&self) -> Result<(), TrainError> {
+        for (key, value) in [
+            ("updates", self.updates),
+            ("batch_size", self.batch_size),
+            ("shards", self.shards),
+            ("validate_every", self.validate_every),
+        ] {
+            if value == 0 {
+                return Err(TrainError::Config(format!("train.{key} must be at least 1, got 0")));
+            }
+        }
+        if self.batch_size % self.shards != 0 {
+            return Err(TrainError::Config(format!(
+                "train.batch_size must be a multiple of train.shards, got {} and {}",
+                self.batch_size, self.shards
+            )));
+        }
+        for (key, value, low, high) in [
+            ("learning_rate", self.learning_rate, 0.0, 1.0),
+            ("weight_decay", self.weight_decay, 0.0, 1.0),
+            ("clip_norm", self.clip_norm, f64::MIN_POSITIVE, 1e6),
+            ("ema_decay", self.ema_decay, 0.0, 1.0),
+            ("first_window_share", self.first_window_share, 0.0, 1.0),
+            ("jitter_m", self.jitter_m, 0.0, 1.0),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(TrainError::Config(format!("train.{key} must lie in {low} to {high}, got {value}")));
+            }
+        }
+        Ok(self.time.validate()?)
+    }
+
+    /// The learning rate of `update`, from 0: linear warm-up, then a cosine to zero.
+    pub(crate) fn rate(&self, update: usize) -> f64 {
+        let warm = ((update + 1) as f64 / self.warmup.max(1) as f64).min(1.0);
+        let progress = update as f64 / self.updates as f64;
+        self.learning_rate * warm * 0.5 * (1.0 + (std::f64::consts::PI * progress).cos())
+    }
+}

@@ -84,7 +84,8 @@ pub fn endpoint_loss(
         (spread_rotations.reshape([node_rows, 3, 3]), spread_positions.reshape([node_rows, 3])),
     );
     let node_error: Tensor<1> = node_error.reshape([actions, per_action]).mean_dim(1).reshape([actions]);
-    let opening: Tensor<1> = (predicted.openings.clone() - targets.openings.clone()).square().reshape([actions]);
+    let opening: Tensor<1> =
+        (predicted.openings.clone() - targets.openings.clone()).square().reshape([actions]);
     let total = consensus.clone()
         + (node_error * normalized.clone()).sum().mul_scalar(config.nodes)
         + (opening * normalized).sum().mul_scalar(config.opening)

@@ -39,7 +39,9 @@ impl GripperPrior {
             ("sigma_opening", self.sigma_opening),
         ] {
             if !value.is_finite() || value < 0.0 {
-                return Err(FlowError::Config(format!("prior.{key} must be a number of at least 0, got {value}")));
+                return Err(FlowError::Config(format!(
+                    "prior.{key} must be a number of at least 0, got {value}"
+                )));
             }
         }
         Ok(())

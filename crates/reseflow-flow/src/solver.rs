@@ -45,7 +45,9 @@ pub fn integrate_euler(
             endpoints
         } else {
             let towards = |(state, end): (&ActionChunk, &ActionChunk)| {
-                ActionChunk(state.iter().zip(end.iter()).map(|(from, to)| from.interpolate(to, share)).collect())
+                ActionChunk(
+                    state.iter().zip(end.iter()).map(|(from, to)| from.interpolate(to, share)).collect(),
+                )
             };
             states.iter().zip(&endpoints).map(towards).collect()
         };

@@ -56,7 +56,13 @@ impl ContextEncoder {
         let vector_inputs = frames * (nodes * (channels + 1) + 4);
         Self {
             frame_embedding: normal([frames, channels], 0.3, device, rng),
-            scalars: linear([frames * (nodes * channels + 1) + FOURIER_WIDTH, config.token_scalars], 1.0, true, device, rng),
+            scalars: linear(
+                [frames * (nodes * channels + 1) + FOURIER_WIDTH, config.token_scalars],
+                1.0,
+                true,
+                device,
+                rng,
+            ),
             vectors: linear([vector_inputs, config.token_vectors], 1.0, false, device, rng),
             skip: linear([vector_inputs, 3 * nodes], 0.2, false, device, rng),
             frames,
@@ -64,19 +70,35 @@ impl ContextEncoder {
     }
 
     /// Combines O encoded frames, oldest first, each holding the same B scenes.
-    pub(crate) fn forward(&self, frames: &[EncodedScenes], states: &[SceneState]) -> Result<SceneContext, NetError> {
+    pub(crate) fn forward(
+        &self,
+        frames: &[EncodedScenes],
+        states: &[SceneState],
+    ) -> Result<SceneContext, NetError> {
         let Some(latest) = frames.last().filter(|_| frames.len() == self.frames) else {
-            return Err(NetError::Mismatch { what: "observation frames", expected: self.frames, got: frames.len() });
+            return Err(NetError::Mismatch {
+                what: "observation frames",
+                expected: self.frames,
+                got: frames.len(),
+            });
         };
         let scenes = states.len();
         let device = latest.positions.device();
         for frame in frames {
             if frame.centroids_m.len() != scenes {
-                return Err(NetError::Mismatch { what: "encoded scenes", expected: scenes, got: frame.centroids_m.len() });
+                return Err(NetError::Mismatch {
+                    what: "encoded scenes",
+                    expected: scenes,
+                    got: frame.centroids_m.len(),
+                });
             }
         }
         if let Some(odd) = states.iter().find(|state| state.frames.len() != self.frames) {
-            return Err(NetError::Mismatch { what: "gripper states", expected: self.frames, got: odd.frames.len() });
+            return Err(NetError::Mismatch {
+                what: "gripper states",
+                expected: self.frames,
+                got: odd.frames.len(),
+            });
         }
         let [rows, channels] = latest.nodes.scalars.dims();
         let nodes = rows / scenes;
@@ -87,7 +109,8 @@ impl ContextEncoder {
         for (index, frame) in frames.iter().enumerate() {
             let embedding = self.frame_embedding.val().narrow(0, index, 1);
             scalars.push((frame.nodes.scalars.clone() + embedding).reshape([scenes, 1, nodes * channels]));
-            let positions = frame.positions.clone().reshape([3, scenes, nodes]) + shifts(frame, &origins_m, &device);
+            let positions =
+                frame.positions.clone().reshape([3, scenes, nodes]) + shifts(frame, &origins_m, &device);
             let with_position = vec![frame.nodes.vectors.clone(), positions.clone().reshape([3, rows, 1])];
             vectors.push(Tensor::cat(with_position, 2).reshape([3, scenes, 1, nodes * (channels + 1)]));
             node_positions = Some(positions);
@@ -96,10 +119,17 @@ impl ContextEncoder {
         let vectors = Tensor::cat(vectors, 2);
         let [_, _, _, vector_width] = vectors.dims();
 
-        let scene_vectors =
-            Tensor::cat(vec![vectors.clone().reshape([3, scenes, self.frames * vector_width]), grippers(states, &origins_m, &device)], 2);
-        let scene_scalars =
-            Tensor::cat(vec![scalars.clone().reshape([scenes, self.frames * nodes * channels]), known(states, &device)], 1);
+        let scene_vectors = Tensor::cat(
+            vec![
+                vectors.clone().reshape([3, scenes, self.frames * vector_width]),
+                grippers(states, &origins_m, &device),
+            ],
+            2,
+        );
+        let scene_scalars = Tensor::cat(
+            vec![scalars.clone().reshape([scenes, self.frames * nodes * channels]), known(states, &device)],
+            1,
+        );
         let memory_rows = scenes * self.frames * nodes;
         Ok(SceneContext {
             memory: Features {
@@ -120,7 +150,9 @@ impl ContextEncoder {
 /// A frame's centroids relative to the latest ones, over ℓ, `[3, B, 1]`.
 fn shifts(frame: &EncodedScenes, origins_m: &[[f64; 3]], device: &Device) -> Tensor<3> {
     let pairs = || frame.centroids_m.iter().zip(origins_m);
-    let values = (0..3).flat_map(|axis| pairs().map(move |(from, to)| (from[axis] - to[axis]) / LENGTH_SCALE_M)).collect();
+    let values = (0..3)
+        .flat_map(|axis| pairs().map(move |(from, to)| (from[axis] - to[axis]) / LENGTH_SCALE_M))
+        .collect();
     floats(values, [3, origins_m.len(), 1], device)
 }
 

@@ -65,7 +65,11 @@ impl Convolution {
         // What both ends contribute is linear, so it is computed at the nodes and only then spread over the edges.
         let from_source = self.source.forward(sources.scalars.clone()).select(0, edges.sources.clone());
         let at_receiver = self.receiver.forward(receiver_scalars).reshape([receivers, 1, channels]);
-        let hidden = (from_source + self.edge.forward(edges.radial.clone())).reshape([receivers, per_receiver, channels]);
+        let hidden = (from_source + self.edge.forward(edges.radial.clone())).reshape([
+            receivers,
+            per_receiver,
+            channels,
+        ]);
         let hidden = silu((hidden + at_receiver).reshape([count, channels])) * edges.weights.clone();
         let weights = self.paths.forward(hidden);
         let path = |index: usize| weights.clone().narrow(1, index * channels, channels);
@@ -77,15 +81,15 @@ impl Convolution {
             let vectors = sources.vectors.clone().select(1, edges.sources.clone());
             let along = dot(vectors.clone(), directions.clone());
             let across = cross(vectors.clone(), directions.clone());
-            (
-                path(0) * scalars + path(2) * along,
-                gate(1) * directions + gate(3) * vectors + gate(4) * across,
-            )
+            (path(0) * scalars + path(2) * along, gate(1) * directions + gate(3) * vectors + gate(4) * across)
         } else {
             (path(0) * scalars, gate(1) * directions)
         };
         Features {
-            scalars: scalar_message.reshape([receivers, per_receiver, channels]).sum_dim(1).reshape([receivers, channels]),
+            scalars: scalar_message
+                .reshape([receivers, per_receiver, channels])
+                .sum_dim(1)
+                .reshape([receivers, channels]),
             vectors: vector_message
                 .reshape([3, receivers, per_receiver, channels])
                 .sum_dim(2)

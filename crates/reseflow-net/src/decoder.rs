@@ -16,8 +16,8 @@ use crate::context::ContextEncoder;
 use crate::init::{linear, normal};
 use crate::tokens::{FOURIER_WIDTH, LENGTH_SCALE_M};
 use crate::{
-    EncodedScenes, Features, Interaction, InteractionConfig, InvariantAttention, InvariantAttentionConfig, NetError,
-    SceneContext, SceneState, TokenBatch,
+    EncodedScenes, Features, Interaction, InteractionConfig, InvariantAttention, InvariantAttentionConfig,
+    NetError, SceneContext, SceneState, TokenBatch,
 };
 
 /// Sizes of the [`Decoder`].
@@ -44,7 +44,15 @@ pub struct DecoderConfig {
 
 impl Default for DecoderConfig {
     fn default() -> Self {
-        Self { horizon: 10, frames: 2, layers: 3, token_scalars: 64, token_vectors: 32, nodes: 4, channels: 32 }
+        Self {
+            horizon: 10,
+            frames: 2,
+            layers: 3,
+            token_scalars: 64,
+            token_vectors: 32,
+            nodes: 4,
+            channels: 32,
+        }
     }
 }
 
@@ -138,23 +146,37 @@ impl Decoder {
     ///
     /// # Errors
     /// [`NetError::Mismatch`] where the tokens have another horizon or batch than the network and the context.
-    pub fn forward(&self, context: &SceneContext, tokens: &TokenBatch) -> Result<EndpointPrediction, NetError> {
+    pub fn forward(
+        &self,
+        context: &SceneContext,
+        tokens: &TokenBatch,
+    ) -> Result<EndpointPrediction, NetError> {
         let [horizon, scalar_width] = self.step_embedding.dims();
         if tokens.horizon != horizon {
-            return Err(NetError::Mismatch { what: "tokens per trajectory", expected: horizon, got: tokens.horizon });
+            return Err(NetError::Mismatch {
+                what: "tokens per trajectory",
+                expected: horizon,
+                got: tokens.horizon,
+            });
         }
         let scenes = context.origins_m.len();
         let [rows, _] = tokens.scalars.dims();
         if rows != scenes * horizon {
-            return Err(NetError::Mismatch { what: "tokens in the batch", expected: scenes * horizon, got: rows });
+            return Err(NetError::Mismatch {
+                what: "tokens in the batch",
+                expected: scenes * horizon,
+                got: rows,
+            });
         }
 
-        let scalars = self.scalar_input.forward(tokens.scalars.clone()).reshape([scenes, horizon, scalar_width])
-            + context.scene.scalars.clone().reshape([scenes, 1, scalar_width])
-            + self.step_embedding.val().reshape([1, horizon, scalar_width]);
+        let scalars =
+            self.scalar_input.forward(tokens.scalars.clone()).reshape([scenes, horizon, scalar_width])
+                + context.scene.scalars.clone().reshape([scenes, 1, scalar_width])
+                + self.step_embedding.val().reshape([1, horizon, scalar_width]);
         let [_, _, vector_width] = context.scene.vectors.dims();
-        let vectors = self.vector_input.forward(tokens.vectors.clone()).reshape([3, scenes, horizon, vector_width])
-            + context.scene.vectors.clone().reshape([3, scenes, 1, vector_width]);
+        let vectors =
+            self.vector_input.forward(tokens.vectors.clone()).reshape([3, scenes, horizon, vector_width])
+                + context.scene.vectors.clone().reshape([3, scenes, 1, vector_width]);
         let mut features = Features {
             scalars: scalars.reshape([rows, scalar_width]),
             vectors: vectors.reshape([3, rows, vector_width]),
@@ -175,7 +197,13 @@ impl Decoder {
     }
 
     /// Poses of every node and their consensus from the tokens' final features.
-    fn read_out(&self, context: &SceneContext, features: Features, scenes: usize, horizon: usize) -> EndpointPrediction {
+    fn read_out(
+        &self,
+        context: &SceneContext,
+        features: Features,
+        scenes: usize,
+        horizon: usize,
+    ) -> EndpointPrediction {
         let (nodes, rows) = (self.nodes, scenes * horizon);
         let weights = softmax(self.consensus.forward(features.scalars.clone()), 1);
         let openings = self.opening.forward(features.scalars);
@@ -192,7 +220,10 @@ impl Decoder {
         .mul_scalar(LENGTH_SCALE_M);
 
         let averaged = |values: &Tensor<3>| {
-            (values.clone() * weights.clone().reshape([1, rows, nodes])).sum_dim(2).reshape([3, rows]).swap_dims(0, 1)
+            (values.clone() * weights.clone().reshape([1, rows, nodes]))
+                .sum_dim(2)
+                .reshape([3, rows])
+                .swap_dims(0, 1)
         };
         let rows_of = |values: Tensor<3>| values.permute([1, 2, 0]).reshape([rows * nodes, 3]);
         EndpointPrediction {

@@ -6,8 +6,8 @@ use rand::Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    CloudGraph, Decoder, DecoderConfig, EncodedScenes, Encoder, EncoderConfig, EndpointPrediction, NetError, SceneBatch,
-    SceneContext, SceneState, TokenBatch,
+    CloudGraph, Decoder, DecoderConfig, EncodedScenes, Encoder, EncoderConfig, EndpointPrediction, NetError,
+    SceneBatch, SceneContext, SceneState, TokenBatch,
 };
 
 /// Sizes of a [`DriftNet`].
@@ -32,8 +32,11 @@ impl DriftNetConfig {
 
     /// Draws the weights.
     pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> DriftNet {
-        let decoder =
-            DecoderConfig { nodes: self.encoder.nodes, channels: self.encoder.channels, ..self.decoder.clone() };
+        let decoder = DecoderConfig {
+            nodes: self.encoder.nodes,
+            channels: self.encoder.channels,
+            ..self.decoder.clone()
+        };
         DriftNet {
             encoder: self.encoder.init(device, rng),
             decoder: decoder.init(device, rng),
@@ -83,7 +86,11 @@ impl DriftNet {
     ///
     /// # Errors
     /// [`NetError::Mismatch`] where the tokens do not fit the network or the context.
-    pub fn decode(&self, context: &SceneContext, tokens: &TokenBatch) -> Result<EndpointPrediction, NetError> {
+    pub fn decode(
+        &self,
+        context: &SceneContext,
+        tokens: &TokenBatch,
+    ) -> Result<EndpointPrediction, NetError> {
         self.decoder.forward(context, tokens)
     }
 }

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::init::linear;
 use crate::tokens::LENGTH_SCALE_M;
 use crate::{
-    Convolution, ConvolutionConfig, Features, GraphConfig, HeatMap, HeatMapConfig, Interaction, InteractionConfig, NetError,
-    RadialBasis, SceneBatch,
+    Convolution, ConvolutionConfig, Features, GraphConfig, HeatMap, HeatMapConfig, Interaction,
+    InteractionConfig, NetError, RadialBasis, SceneBatch,
 };
 
 /// Sizes of the [`Encoder`].
@@ -75,14 +75,20 @@ impl EncoderConfig {
     /// Draws the weights.
     pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Encoder {
         let channels = self.channels;
-        let convolution = |radial: RadialBasis, source_vectors| ConvolutionConfig { channels, radial: radial.count, source_vectors };
+        let convolution = |radial: RadialBasis, source_vectors| ConvolutionConfig {
+            channels,
+            radial: radial.count,
+            source_vectors,
+        };
         let interaction = InteractionConfig { scalars: channels, vectors: channels, hidden: 2 * channels };
         Encoder {
             embed: linear([3, channels], 1.0, true, device, rng),
             place: linear([channels, channels], 1.0, true, device, rng),
             from_points: convolution(self.point_radial, false).init(device, rng),
             point_interaction: interaction.init(device, rng),
-            convolutions: (0..self.layers).map(|_| convolution(self.centre_radial, true).init(device, rng)).collect(),
+            convolutions: (0..self.layers)
+                .map(|_| convolution(self.centre_radial, true).init(device, rng))
+                .collect(),
             interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
             heat_map: HeatMapConfig { channels, nodes: self.nodes }.init(device, rng),
         }
@@ -123,7 +129,8 @@ impl Encoder {
         let [rows, channels] = centre_scalars.dims();
         let positions = batch.centre_positions.clone().div_scalar(LENGTH_SCALE_M);
 
-        let points = Features { scalars: embedded, vectors: Tensor::zeros([3, 1, 1], &batch.colors.device()) };
+        let points =
+            Features { scalars: embedded, vectors: Tensor::zeros([3, 1, 1], &batch.colors.device()) };
         let message = self.from_points.forward(&points, centre_scalars.clone(), &batch.point_edges);
         let scalars = centre_scalars + message.scalars;
         let placed = self.place.forward(scalars.clone()).reshape([1, rows, channels]) * positions.clone();

@@ -187,7 +187,11 @@ mod tests {
         let graph = CloudGraph::build(&points, &colors, &config).unwrap();
         assert_eq!(graph.centres[0], 9);
         assert_eq!(graph.centres[1], 0);
-        assert_eq!(graph.centres[2], 6, "the point whose nearest chosen one is farthest: {:?}", graph.centres);
+        assert_eq!(
+            graph.centres[2], 6,
+            "the point whose nearest chosen one is farthest: {:?}",
+            graph.centres
+        );
     }
 
     #[test]

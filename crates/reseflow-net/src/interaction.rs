@@ -61,7 +61,11 @@ impl Interaction {
         let invariants = burn::tensor::Tensor::cat(vec![input.scalars.clone(), norm, inner], 1);
         let update = self.output.forward(silu(self.hidden.forward(invariants)));
         let gate = |index: usize| {
-            update.clone().narrow(1, scalar_width + index * vector_width, vector_width).reshape([1, points, vector_width])
+            update.clone().narrow(1, scalar_width + index * vector_width, vector_width).reshape([
+                1,
+                points,
+                vector_width,
+            ])
         };
         Features {
             scalars: input.scalars + update.clone().narrow(1, 0, scalar_width),

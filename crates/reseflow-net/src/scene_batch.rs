@@ -76,8 +76,10 @@ impl SceneBatch {
             centres.extend(graph.centres.iter().map(|&centre| (first_point + centre) as i64));
             first_point += graph.positions_m.len();
         }
-        let positions: Vec<[f64; 3]> =
-            graphs.iter().flat_map(|graph| graph.centres.iter().map(|&centre| graph.positions_m[centre])).collect();
+        let positions: Vec<[f64; 3]> = graphs
+            .iter()
+            .flat_map(|graph| graph.centres.iter().map(|&centre| graph.positions_m[centre]))
+            .collect();
         Ok(Self {
             centroids_m: graphs.iter().map(|graph| graph.centroid_m).collect(),
             centres_per_scene,
@@ -113,7 +115,8 @@ fn edge_tensors<'a>(
     radial_basis: &RadialBasis,
     device: &Device,
 ) -> EdgeTensors {
-    let (mut sources, mut directions, mut radial, mut weights) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut sources, mut directions, mut radial, mut weights) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut first_source, mut per_receiver) = (0, 0);
     for (list, source_count) in lists {
         per_receiver = list.per_receiver;

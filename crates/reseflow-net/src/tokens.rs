@@ -55,12 +55,18 @@ impl TokenBatch {
         }
         let horizon = trajectories.first().map_or(0, Vec::len);
         if let Some(odd) = trajectories.iter().find(|trajectory| trajectory.len() != horizon) {
-            return Err(NetError::Mismatch { what: "tokens of a trajectory", expected: horizon, got: odd.len() });
+            return Err(NetError::Mismatch {
+                what: "tokens of a trajectory",
+                expected: horizon,
+                got: odd.len(),
+            });
         }
         let states = || {
-            (trajectories.iter().zip(origins_m)).flat_map(|(trajectory, origin)| trajectory.iter().map(move |s| (s, origin)))
+            (trajectories.iter().zip(origins_m))
+                .flat_map(|(trajectory, origin)| trajectory.iter().map(move |s| (s, origin)))
         };
-        let vectors = (0..3).flat_map(|axis| states().flat_map(move |(state, origin)| gripper_vectors(state, origin, axis)));
+        let vectors = (0..3)
+            .flat_map(|axis| states().flat_map(move |(state, origin)| gripper_vectors(state, origin, axis)));
         let vectors = vectors.collect();
         let mut scalars = Vec::with_capacity(scenes * horizon * (FOURIER_WIDTH + 1));
         for (trajectory, &time) in trajectories.iter().zip(times) {

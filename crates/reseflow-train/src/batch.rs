@@ -27,7 +27,8 @@ pub(crate) fn shard_loss(
     for _ in 0..count {
         let window = draw_window(data, train, rng);
         let observed: Vec<&Observation> = window.frames(&data.episodes, decoder.frames).collect();
-        let grippers = observed.iter().map(|seen| token(&seen.world_from_gripper, seen.gripper_opening)).collect();
+        let grippers =
+            observed.iter().map(|seen| token(&seen.world_from_gripper, seen.gripper_opening)).collect();
         for (frame, &seen) in frames.iter_mut().zip(&observed) {
             frame.push(graph(&jittered(seen, train.jitter_m, rng), &model.network.encoder.graph)?);
         }
@@ -37,7 +38,8 @@ pub(crate) fn shard_loss(
         let latest = observed[observed.len() - 1];
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
         let clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-        let noise = model.prior.sample(&latest.world_from_gripper, latest.gripper_opening, decoder.horizon, rng);
+        let noise =
+            model.prior.sample(&latest.world_from_gripper, latest.gripper_opening, decoder.horizon, rng);
         let t = train.time.sample(rng);
         trajectories.push(tokens(&ScrewPath.at(&noise, &clean, t)));
         times.push(t);

@@ -113,7 +113,9 @@ impl TrainConfig {
             ("jitter_m", self.jitter_m, 0.0, 1.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(TrainError::Config(format!("train.{key} must lie in {low} to {high}, got {value}")));
+                return Err(TrainError::Config(format!(
+                    "train.{key} must lie in {low} to {high}, got {value}"
+                )));
             }
         }
         Ok(self.time.validate()?)

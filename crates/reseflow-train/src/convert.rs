@@ -52,8 +52,9 @@ impl HostPrediction {
         let nodes = weights.len() / openings.len();
         let pose = |rotations: &[f64], positions: &[f64], row: usize, origin: &[f64; 3]| {
             let rotation = Matrix3::from_row_slice(&rotations[9 * row..9 * row + 9]);
-            let rotation = SO3::from_matrix(&rotation)
-                .map_err(|fault| reseflow_flow::FlowError::Field(format!("predicted rotation {row}: {fault}")))?;
+            let rotation = SO3::from_matrix(&rotation).map_err(|fault| {
+                reseflow_flow::FlowError::Field(format!("predicted rotation {row}: {fault}"))
+            })?;
             let translation = Vector3::from_fn(|axis, _| positions[3 * row + axis] + origin[axis]);
             Ok::<SE3, TrainError>(SE3 { rotation, translation })
         };

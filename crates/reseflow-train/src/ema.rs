@@ -51,6 +51,7 @@ struct PutIn<'a> {
 impl ModuleMapper for PutIn<'_> {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
         let Some(values) = self.values.get(&param.id) else { return param };
-        param.map(|tensor| Tensor::from_data(TensorData::new(values.clone(), tensor.dims()), &tensor.device()))
+        param
+            .map(|tensor| Tensor::from_data(TensorData::new(values.clone(), tensor.dims()), &tensor.device()))
     }
 }

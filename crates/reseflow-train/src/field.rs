@@ -45,7 +45,10 @@ pub(crate) fn context(
     let states: Vec<SceneState> = scenes
         .iter()
         .map(|(observed, elapsed)| SceneState {
-            frames: observed.iter().map(|seen| token(&seen.world_from_gripper, seen.gripper_opening)).collect(),
+            frames: observed
+                .iter()
+                .map(|seen| token(&seen.world_from_gripper, seen.gripper_opening))
+                .collect(),
             progress: (*elapsed as f64 / config.decoder.horizon as f64).min(1.0),
         })
         .collect();
@@ -60,7 +63,8 @@ impl DriftField for NetField<'_> {
         let batch = TokenBatch::new(&trajectories, &times, &self.context.origins_m, &self.device)
             .map_err(|fault| failed(&fault))?;
         let prediction = self.net.decode(&self.context, &batch).map_err(|fault| failed(&fault))?;
-        let host = HostPrediction::new(&prediction, &self.context.origins_m).map_err(|fault| failed(&fault))?;
+        let host =
+            HostPrediction::new(&prediction, &self.context.origins_m).map_err(|fault| failed(&fault))?;
         let consensus = host.consensus.clone();
         self.last = Some(host);
         Ok(consensus)

@@ -80,7 +80,10 @@ impl FlowPolicy {
             histories.iter().map(|history| (history.frames().collect(), history.elapsed_steps())).collect();
         let mut field = NetField::new(&self.net, &scenes, &self.device)?;
         for &seed in seeds {
-            let noise = histories.iter().enumerate().map(|(stream, history)| self.noise(history, seed, stream as u64));
+            let noise = histories
+                .iter()
+                .enumerate()
+                .map(|(stream, history)| self.noise(history, seed, stream as u64));
             let states = integrate_euler(&mut field, noise.collect(), steps)?.states;
             let Some(last) = field.last.take() else { continue };
             for (scene, state) in states.into_iter().enumerate() {
@@ -111,10 +114,16 @@ fn sample(state: ActionChunk, last: &HostPrediction, scene: usize) -> PolicySamp
         })
         .collect();
     let clamp = |chunk: ActionChunk| {
-        ActionChunk(chunk.0.into_iter().map(|mut action| {
-            action.opening = action.opening.clamp(0.0, 1.0);
-            action
-        }).collect())
+        ActionChunk(
+            chunk
+                .0
+                .into_iter()
+                .map(|mut action| {
+                    action.opening = action.opening.clamp(0.0, 1.0);
+                    action
+                })
+                .collect(),
+        )
     };
     PolicySample { consensus: clamp(state), nodes: nodes.into_iter().map(clamp).collect(), spread }
 }
@@ -137,7 +146,8 @@ impl Policy for FlowPolicy {
         let drawn = self
             .predict(std::slice::from_ref(history), &[seed], self.steps)
             .map_err(|fault| failed(fault.to_string()))?;
-        let sample = drawn.into_iter().flatten().next().ok_or_else(|| failed("nothing was drawn".to_owned()))?;
+        let sample =
+            drawn.into_iter().flatten().next().ok_or_else(|| failed("nothing was drawn".to_owned()))?;
         Ok(Plan { actions: sample.consensus, uncertainty: Some(sample.spread) })
     }
 }

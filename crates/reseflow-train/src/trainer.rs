@@ -91,7 +91,8 @@ pub fn train(
     let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(parent).map_err(io)?;
     let aside = tempfile::Builder::new().prefix(".training-").tempdir_in(parent).map_err(io)?;
-    let mut metrics = std::io::BufWriter::new(std::fs::File::create(aside.path().join("metrics.jsonl")).map_err(io)?);
+    let mut metrics =
+        std::io::BufWriter::new(std::fs::File::create(aside.path().join("metrics.jsonl")).map_err(io)?);
 
     let base = device.device();
     let device = base.clone().autodiff();
@@ -175,13 +176,18 @@ fn validate(
     update: usize,
 ) -> Result<ValidationMetrics, TrainError> {
     let frames = model.network.decoder.frames;
-    let histories: Vec<_> =
-        held_out.episodes.iter().map(|episode| ObservationHistory::at_step(&episode.observations, 0, frames)).collect();
+    let histories: Vec<_> = held_out
+        .episodes
+        .iter()
+        .map(|episode| ObservationHistory::at_step(&episode.observations, 0, frames))
+        .collect();
     let policy = FlowPolicy::new(net, model.clone(), device.clone());
     let drawn = policy.predict(&histories, &[VALIDATION_SEED], 1)?;
     let (mut d_geo, mut rotation_rad, mut translation_m, mut count) = (0.0, 0.0, 0.0, 0.0);
     for (samples, episode) in drawn.iter().zip(&held_out.episodes) {
-        for (predicted, wanted) in samples.iter().flat_map(|sample| sample.consensus.iter().zip(&episode.actions)) {
+        for (predicted, wanted) in
+            samples.iter().flat_map(|sample| sample.consensus.iter().zip(&episode.actions))
+        {
             let distance = geodesic_distance(&predicted.world_from_gripper, &wanted.world_from_gripper);
             d_geo += distance.d_geo();
             rotation_rad += distance.rotation_rad;

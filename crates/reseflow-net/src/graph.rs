@@ -145,12 +145,13 @@ fn nearest(receivers: &[[f64; 3]], sources: &[[f64; 3]], count: usize, skip_same
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let weights: Vec<f64> = order.iter().map(|entry| envelope(entry.0.sqrt(), radius)).collect();
         let total: f64 = weights.iter().sum();
-        for slot in 0..count {
-            match order.get(slot) {
-                Some(&(_, index)) => {
+        let mut filled = order.iter().zip(&weights);
+        for _ in 0..count {
+            match filled.next() {
+                Some((&(_, index), weight)) => {
                     edges.sources.push(index);
                     edges.displacement_m.push(sub(&sources[index], receiver));
-                    edges.weights.push(if total > 0.0 { weights[slot] / total } else { 0.0 });
+                    edges.weights.push(if total > 0.0 { weight / total } else { 0.0 });
                 }
                 None => {
                     edges.sources.push(0);

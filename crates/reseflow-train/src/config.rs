@@ -98,7 +98,7 @@ impl TrainConfig {
                 return Err(TrainError::Config(format!("train.{key} must be at least 1, got 0")));
             }
         }
-        if self.batch_size % self.shards != 0 {
+        if !self.batch_size.is_multiple_of(self.shards) {
             return Err(TrainError::Config(format!(
                 "train.batch_size must be a multiple of train.shards, got {} and {}",
                 self.batch_size, self.shards

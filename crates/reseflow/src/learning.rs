@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::planned_trainer::{
+use reseflow_data::{Dataset, ObservationHistory};
+use reseflow_train::{
     DeviceKind, FlowPolicy, PolicySample, TrainObserver, TrainSummary, UpdateMetrics, ValidationMetrics,
     train,
 };
-use reseflow_data::{Dataset, ObservationHistory};
 
 use crate::cli::DeviceArg;
 use crate::config::ExperimentConfig;

@@ -10,7 +10,6 @@ pub mod learning;
 pub mod metrics;
 pub mod output;
 pub mod pipeline;
-pub mod planned_trainer;
 pub mod plot;
 pub mod provenance;
 pub mod rollouts;

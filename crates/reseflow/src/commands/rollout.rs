@@ -7,11 +7,11 @@ use reseflow_data::Task;
 use crate::cli::RolloutArgs;
 use crate::learning::load_policy;
 use crate::output::{OutputFile, Terminal};
-use crate::planned_trainer::{DeviceKind, FlowPolicy};
 use crate::provenance::Provenance;
 use crate::rollouts::{
     Actor, EpisodeResult, RolloutReport, RolloutRequest, Script, Witness, find_split_task, run_episodes,
 };
+use reseflow_train::{DeviceKind, FlowPolicy};
 
 /// Runs the command.
 pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result<()> {

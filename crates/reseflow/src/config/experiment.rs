@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::planned_trainer::{DeviceKind, ModelConfig, TrainConfig};
+use reseflow_train::{DeviceKind, ModelConfig, TrainConfig};
 
 /// An experiment on one task. Every key has a default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -7,8 +7,8 @@ use reseflow_data::{Dataset, DatasetFile};
 use super::{EvalReport, noise_seeds, score_steps, trivial_scores};
 use crate::learning::load_policy;
 use crate::output::Terminal;
-use crate::planned_trainer::{DeviceKind, FlowPolicy};
 use crate::provenance::Provenance;
+use reseflow_train::{DeviceKind, FlowPolicy};
 
 /// What is to be evaluated, on what.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! From a policy's samples to a row of figures.
 
-use crate::planned_trainer::PolicySample;
 use reseflow_data::{Dataset, ObservationHistory};
+use reseflow_train::PolicySample;
 
 use super::StepRow;
 use crate::error::bad_input;

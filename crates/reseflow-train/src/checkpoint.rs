@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use burn::store::{ModuleSnapshot, SafetensorsStore};
-use burn::tensor::Device;
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::store::{ApplyError, ApplyResult, ModuleSnapshot, SafetensorsStore};
+use burn::tensor::{Device, Tensor};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reseflow_net::DriftNet;
@@ -12,13 +13,59 @@ use crate::{ModelConfig, TrainError};
 
 const WEIGHTS: &str = "model.safetensors";
 const CONFIG: &str = "config.toml";
+/// What the trainer noted, one JSON object a line.
+pub(crate) const METRICS: &str = "metrics.jsonl";
+
+/// Makes sure that a checkpoint may become the folder `out`: there is none, an empty one, or an older checkpoint.
+///
+/// # Errors
+/// [`TrainError::Checkpoint`] where replacing `out` would lose anything else.
+pub(crate) fn may_become(out: &Path) -> Result<(), TrainError> {
+    let refuse = |fault: String| Err(TrainError::Checkpoint { path: out.to_owned(), fault });
+    let io = |source| TrainError::Io { path: out.to_owned(), source };
+    if out.file_name().is_none() {
+        return refuse("expected the name of a folder for the checkpoint".to_owned());
+    }
+    match std::fs::symlink_metadata(out) {
+        Err(absent) if absent.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(source) => return Err(io(source)),
+        Ok(what) if !what.is_dir() => {
+            return refuse("is not a folder, so no checkpoint can take its place".to_owned());
+        }
+        Ok(_) => {}
+    }
+    for entry in std::fs::read_dir(out).map_err(io)? {
+        let name = entry.map_err(io)?.file_name();
+        if ![WEIGHTS, CONFIG, METRICS].iter().any(|known| name == **known) {
+            let name = name.to_string_lossy().into_owned();
+            return refuse(format!(
+                "holds `{name}`, which is no part of a checkpoint, so it is not replaced"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Moves the finished folder `new` to `out`; an older checkpoint there is parked at `old` and returns where that fails.
+pub(crate) fn put_in_place(new: &Path, out: &Path, old: &Path) -> std::io::Result<()> {
+    let replaces = out.exists();
+    if replaces {
+        std::fs::rename(out, old)?;
+    }
+    let moved = std::fs::rename(new, out);
+    if moved.is_err() && replaces {
+        std::fs::rename(old, out)?;
+    }
+    moved
+}
 
 /// Writes weights and configuration into the existing folder `folder`.
 pub(crate) fn write(folder: &Path, net: &DriftNet, config: &ModelConfig) -> Result<(), TrainError> {
     let weights = folder.join(WEIGHTS);
     let fault = |path: &Path, fault: String| TrainError::Checkpoint { path: path.to_owned(), fault };
-    net.save_into(&mut SafetensorsStore::from_file(&weights))
-        .map_err(|error| fault(&weights, format!("{error}")))?;
+    // burn's own metadata lie in a hash map, in another order each time; a single entry keeps the bytes the same.
+    let mut store = SafetensorsStore::from_file(&weights).clear_metadata().metadata("producer", "reseflow");
+    net.save_into(&mut store).map_err(|error| fault(&weights, format!("{error}")))?;
     let path = folder.join(CONFIG);
     let text = toml::to_string_pretty(config).map_err(|error| fault(&path, error.to_string()))?;
     std::fs::write(&path, text).map_err(|source| TrainError::Io { path, source })
@@ -32,23 +79,51 @@ pub(crate) fn read(folder: &Path, device: &Device) -> Result<(DriftNet, ModelCon
         std::fs::read_to_string(&path).map_err(|source| TrainError::Io { path: path.clone(), source })?;
     let config: ModelConfig = toml::from_str(&text)
         .map_err(|error| fault(&path, format!("not a model's configuration: {}", error.message())))?;
-    config.validate()?;
+    config.validate().map_err(|error| fault(&path, error.to_string()))?;
     // The drawn weights are all replaced; any stream will do.
     let mut net = config.network.init(device, &mut ChaCha8Rng::seed_from_u64(0));
     let weights = folder.join(WEIGHTS);
     if !weights.is_file() {
         return Err(fault(&weights, "there is no such file, expected the network's weights".to_owned()));
     }
-    let loaded = net.load_from(&mut SafetensorsStore::from_file(&weights)).map_err(|error| {
-        let text = format!("{error:?}");
-        fault(
-            &weights,
-            format!("not the weights of this network, or cut off: {}", text.lines().next().unwrap_or("")),
-        )
-    })?;
-    if !loaded.missing.is_empty() || !loaded.unused.is_empty() {
-        let counts = format!("{} tensors missing and {} unknown", loaded.missing.len(), loaded.unused.len());
-        return Err(fault(&weights, format!("not the weights of the configured network: {counts}")));
+    let mut store = SafetensorsStore::from_file(&weights).validate(false).allow_partial(true);
+    let loaded = net
+        .load_from(&mut store)
+        .map_err(|error| fault(&weights, format!("cut off, or no safetensors file: {error}")))?;
+    if let Some(text) = misfit(&loaded) {
+        return Err(fault(&weights, format!("not the weights of the configured network: {text}")));
+    }
+    let mut finite = Finite(true);
+    net.visit(&mut finite);
+    if !finite.0 {
+        return Err(fault(&weights, "there are weights that are not finite".to_owned()));
     }
     Ok((net, config))
+}
+
+/// How a file's tensors differ from the network's, if they do: the first difference, and how many more there are.
+fn misfit(loaded: &ApplyResult) -> Option<String> {
+    let errors = loaded.errors.iter().map(|error| match error {
+        ApplyError::ShapeMismatch { path, expected, found } => {
+            format!("`{path}` has the shape {:?}, expected {:?}", found.as_slice(), expected.as_slice())
+        }
+        other => other.to_string(),
+    });
+    let missing = loaded.missing.iter().map(|(path, _)| format!("`{path}` is missing"));
+    let unused = loaded.unused.iter().map(|path| format!("`{path}` is unknown"));
+    let mut faults = errors.chain(missing).chain(unused);
+    let first = faults.next()?;
+    Some(match faults.count() {
+        0 => first,
+        more => format!("{first}, and {more} more differences"),
+    })
+}
+
+/// Whether every weight is a finite number.
+struct Finite(bool);
+
+impl ModuleVisitor for Finite {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        self.0 &= param.val().try_to_vec_as::<f64>().is_ok_and(|values| values.iter().all(|v| v.is_finite()));
+    }
 }

@@ -111,6 +111,9 @@ impl TrainConfig {
             ("ema_decay", self.ema_decay, 0.0, 1.0),
             ("first_window_share", self.first_window_share, 0.0, 1.0),
             ("jitter_m", self.jitter_m, 0.0, 1.0),
+            ("objective.nodes", self.objective.nodes, 0.0, 1e6),
+            ("objective.opening", self.objective.opening, 0.0, 1e6),
+            ("objective.overlap", self.objective.overlap, 0.0, 1e6),
         ] {
             if !(low..=high).contains(&value) {
                 return Err(TrainError::Config(format!(
@@ -126,5 +129,27 @@ impl TrainConfig {
         let warm = ((update + 1) as f64 / self.warmup.max(1) as f64).min(1.0);
         let progress = update as f64 / self.updates as f64;
         self.learning_rate * warm * 0.5 * (1.0 + (std::f64::consts::PI * progress).cos())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_learning_rate_warms_up_peaks_and_falls_to_nothing_as_a_cosine() {
+        let config =
+            TrainConfig { updates: 1000, warmup: 100, learning_rate: 2e-3, ..TrainConfig::default() };
+        let rates: Vec<f64> = (0..1000).map(|update| config.rate(update)).collect();
+        assert!((rates[0] - 2e-5).abs() < 1e-9, "a hundredth of the peak at first");
+        assert!(rates[..99].windows(2).all(|pair| pair[0] < pair[1]), "rising while warming up");
+        assert!(rates[99..].windows(2).all(|pair| pair[0] > pair[1]), "falling from then on");
+        // cos²(π/20) of the peak is left when the warm-up ends after a tenth of the updates.
+        let peak = 2e-3 * (0.05 * std::f64::consts::PI).cos().powi(2);
+        assert!((rates[100] - peak).abs() < 1e-12 && rates[99] < 2e-3);
+        assert!((rates[500] - 1e-3).abs() < 1e-15, "half the peak half-way");
+        assert!(rates[999] < 1e-5 * 2e-3, "nothing at the end");
+        let cold = TrainConfig { warmup: 0, ..config };
+        assert_eq!(cold.rate(0), 2e-3, "without warm-up it starts at the peak");
     }
 }

@@ -55,3 +55,65 @@ impl ModuleMapper for PutIn<'_> {
             .map(|tensor| Tensor::from_data(TensorData::new(values.clone(), tensor.dims()), &tensor.device()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::nn::{Linear, LinearConfig};
+    use burn::tensor::Device;
+
+    /// A layer whose every number is `value`.
+    fn filled(layer: Linear, value: f64) -> Linear {
+        struct Fill(f64);
+        impl ModuleMapper for Fill {
+            fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+                param.map(|tensor| Tensor::full(tensor.dims(), self.0, &tensor.device()))
+            }
+        }
+        layer.map(&mut Fill(value))
+    }
+
+    /// The averages after each of `sequence`, taken in as the weights of updates 1, 2, …
+    fn averages(decay: f64, sequence: &[f64]) -> Vec<f64> {
+        let mut layer = LinearConfig::new(2, 3).init(&Device::flex());
+        let mut average = WeightAverage::new(decay);
+        let mut after = Vec::new();
+        for (index, &value) in sequence.iter().enumerate() {
+            layer = filled(layer, value);
+            average.update(&layer, index + 1);
+            let averaged = average.apply(layer.clone());
+            let weight = averaged.weight.val().try_to_vec_as::<f64>().unwrap();
+            let bias = averaged.bias.unwrap().val().try_to_vec_as::<f64>().unwrap();
+            assert!(weight.len() == 6 && weight.iter().chain(&bias).all(|entry| *entry == weight[0]));
+            after.push(weight[0]);
+        }
+        after
+    }
+
+    #[test]
+    fn the_average_follows_its_recursion() {
+        // Decays 2/11, 3/12 and 4/13, all below 0.995: 1, then 1 + 3/4 · 1, then 7/4 + 9/13 · 9/4.
+        let expected = [1.0, 1.75, 1.75 + 9.0 / 13.0 * 2.25];
+        for (got, expected) in averages(0.995, &[1.0, 2.0, 4.0]).iter().zip(expected) {
+            assert!((got - expected).abs() < 1e-6, "{got}, expected {expected}");
+        }
+        // A decay of 0.2 counts from the second update on: 3/12 is more.
+        let expected = [1.0, 1.8, 1.8 + 0.8 * 2.2];
+        for (got, expected) in averages(0.2, &[1.0, 2.0, 4.0]).iter().zip(expected) {
+            assert!((got - expected).abs() < 1e-6, "{got}, expected {expected}");
+        }
+    }
+
+    #[test]
+    fn weights_that_stay_are_their_own_average_and_without_decay_so_is_the_last() {
+        assert_eq!(averages(0.9, &[0.5; 20]), [0.5; 20]);
+        assert_eq!(averages(0.0, &[1.0, 3.0, -2.0]), [1.0, 3.0, -2.0]);
+    }
+
+    #[test]
+    fn a_model_that_was_never_seen_stays_as_it_is() {
+        let layer = filled(LinearConfig::new(2, 3).init(&Device::flex()), 0.25);
+        let applied = WeightAverage::new(0.9).apply(layer);
+        assert_eq!(applied.weight.val().try_to_vec_as::<f64>().unwrap(), [0.25; 6]);
+    }
+}

@@ -39,6 +39,12 @@ pub enum TrainError {
     /// There is nothing to learn from.
     #[error("the data set holds no episode")]
     NoData,
+    /// An episode without a target.
+    #[error("episode {index} holds no action, expected at least one")]
+    NoActions {
+        /// The episode.
+        index: usize,
+    },
     /// A worker thread panicked.
     #[error("a training thread stopped unexpectedly")]
     Worker,

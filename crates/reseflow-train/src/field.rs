@@ -3,7 +3,7 @@
 use burn::tensor::Device;
 use reseflow_data::{ActionChunk, Observation};
 use reseflow_flow::{DriftField, FlowError};
-use reseflow_net::{DriftNet, SceneContext, SceneState, TokenBatch};
+use reseflow_net::{DriftNet, NetError, SceneContext, SceneState, TokenBatch};
 
 use crate::TrainError;
 use crate::convert::{HostPrediction, graph, token, tokens};
@@ -36,6 +36,10 @@ pub(crate) fn context(
     device: &Device,
 ) -> Result<SceneContext, TrainError> {
     let config = net.config();
+    let expected = config.decoder.frames;
+    if let Some((observed, _)) = scenes.iter().find(|(observed, _)| observed.len() != expected) {
+        return Err(NetError::Mismatch { what: "observation frames", expected, got: observed.len() }.into());
+    }
     let mut frames = Vec::with_capacity(config.decoder.frames);
     for frame in 0..config.decoder.frames {
         let graphs: Result<Vec<_>, _> =

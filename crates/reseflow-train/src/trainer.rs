@@ -84,15 +84,18 @@ pub fn train(
 ) -> Result<TrainSummary, TrainError> {
     model.validate()?;
     train.validate()?;
-    if demonstrations.episodes.is_empty() {
-        return Err(TrainError::NoData);
+    for data in std::iter::once(demonstrations).chain(validation) {
+        check(data)?;
     }
+    checkpoint::may_become(out)?;
     let io = |source| TrainError::Io { path: out.to_owned(), source };
     let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(parent).map_err(io)?;
     let aside = tempfile::Builder::new().prefix(".training-").tempdir_in(parent).map_err(io)?;
-    let mut metrics =
-        std::io::BufWriter::new(std::fs::File::create(aside.path().join("metrics.jsonl")).map_err(io)?);
+    let folder = aside.path().join("new");
+    std::fs::create_dir(&folder).map_err(io)?;
+    let metrics = std::fs::File::create(folder.join(checkpoint::METRICS)).map_err(io)?;
+    let mut metrics = std::io::BufWriter::new(metrics);
 
     let base = device.device();
     let device = base.clone().autodiff();
@@ -126,10 +129,21 @@ pub fn train(
         }
     }
     metrics.flush().map_err(io)?;
-    checkpoint::write(aside.path(), &average.apply(net.valid()), model)?;
-    put_in_place(aside, out).map_err(io)?;
+    checkpoint::write(&folder, &average.apply(net.valid()), model)?;
+    checkpoint::put_in_place(&folder, out, &aside.path().join("old")).map_err(io)?;
     let seconds = started.elapsed().as_secs_f64();
     Ok(TrainSummary { parameters: net.num_params(), seconds, validation: last_validation })
+}
+
+/// Makes sure that every episode has something to learn or to compare with.
+fn check(data: &Dataset) -> Result<(), TrainError> {
+    if data.episodes.is_empty() {
+        return Err(TrainError::NoData);
+    }
+    match data.episodes.iter().position(|episode| episode.actions.is_empty()) {
+        Some(index) => Err(TrainError::NoActions { index }),
+        None => Ok(()),
+    }
 }
 
 /// Gradients and loss of one batch, its shards on threads of their own.
@@ -212,16 +226,4 @@ fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
 fn write_line(out: &mut impl Write, value: &impl Serialize) -> std::io::Result<()> {
     serde_json::to_writer(&mut *out, value)?;
     out.write_all(b"\n")
-}
-
-/// Moves the finished folder to `out`; an older checkpoint there goes only once the new one is whole.
-fn put_in_place(aside: tempfile::TempDir, out: &Path) -> std::io::Result<()> {
-    let finished = aside.keep();
-    if out.exists() {
-        let old = finished.with_extension("old");
-        std::fs::rename(out, &old)?;
-        std::fs::rename(&finished, out)?;
-        return std::fs::remove_dir_all(old);
-    }
-    std::fs::rename(finished, out)
 }

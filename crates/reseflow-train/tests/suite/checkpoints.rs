@@ -1,0 +1,116 @@
+//! What was trained is what is loaded.
+
+use reseflow_data::{ObservationHistory, Policy, Split};
+use reseflow_train::{DeviceKind, FlowPolicy, ModelConfig, TrainConfig};
+
+use crate::support::{Shelf, contents, demonstrations, histories, mean_d_geo, tiny_model, tiny_training};
+
+/// The trainer validates the weights that it holds in memory, so the file must score the same to the last bit.
+#[test]
+fn a_loaded_policy_predicts_what_the_trained_one_did() {
+    let shelf = Shelf::new();
+    let data = demonstrations(Split::Train, 2);
+    let held_out = demonstrations(Split::Validation, 3);
+    let config = TrainConfig { ema_decay: 0.9, ..tiny_training(15) };
+    let (summary, _) = shelf.train("policy", &config, &data, Some(&held_out)).unwrap();
+    let policy = shelf.policy("policy");
+    let seen = histories(&held_out, 0);
+    let drawn = policy.predict(&seen, &[3407], 1).unwrap();
+    assert_eq!(mean_d_geo(&drawn, &held_out), summary.validation.unwrap().d_geo);
+
+    let text = contents(&shelf.path("policy"))["config.toml"].clone();
+    let config: ModelConfig = toml::from_str(std::str::from_utf8(&text).unwrap()).unwrap();
+    assert_eq!(config, tiny_model());
+
+    std::fs::rename(shelf.path("policy"), shelf.path("moved")).unwrap();
+    assert_eq!(shelf.policy("moved").predict(&seen, &[3407], 1).unwrap(), drawn);
+}
+
+#[test]
+fn a_policy_predicts_the_same_alone_and_among_others_for_the_same_stream() {
+    let shelf = Shelf::new();
+    let data = demonstrations(Split::Train, 3);
+    shelf.train("policy", &tiny_training(5), &data, None).unwrap();
+    let policy = shelf.policy("policy");
+    let seen = histories(&data, 3);
+    let together = policy.predict(&seen, &[1, 2], 3).unwrap();
+    assert_eq!(together.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2, 2]);
+    assert_ne!(together[0][0], together[0][1], "seeds differ");
+    let alone = policy.predict(&seen[..1], &[2], 3).unwrap();
+    for (one, other) in alone[0][0].consensus.iter().zip(together[0][1].consensus.iter()) {
+        let between = reseflow_lie::geodesic_distance(&one.world_from_gripper, &other.world_from_gripper);
+        assert!(between.d_geo() < 1e-5, "a neighbour in the batch changed a prediction by {between:?}");
+    }
+    for sample in together.iter().flatten() {
+        assert_eq!((sample.nodes.len(), sample.spread.len()), (2, 10));
+        assert!(sample.spread.iter().all(|spread| spread.is_finite() && *spread >= 0.0));
+        assert!(sample.consensus.iter().all(|action| (0.0..=1.0).contains(&action.opening)));
+    }
+    assert!(policy.predict(&[], &[1], 1).unwrap().is_empty());
+    assert!(policy.predict(&seen, &[1], 0).unwrap_err().to_string().contains("at least 1 step"));
+}
+
+#[test]
+fn a_reset_replays_the_plans_of_an_episode_and_each_plan_has_its_own_noise() {
+    let shelf = Shelf::new();
+    let data = demonstrations(Split::Train, 1);
+    shelf.train("policy", &tiny_training(5), &data, None).unwrap();
+    let mut policy = shelf.policy("policy");
+    let seen = histories(&data, 0).remove(0);
+    let mut plans = |seed: u64| {
+        policy.reset(seed);
+        [(); 3].map(|()| policy.plan(&seen).unwrap())
+    };
+    let first = plans(7);
+    assert_eq!(plans(7), first);
+    assert_ne!(plans(8)[0], first[0]);
+    assert!(first[0] != first[1] && first[1] != first[2], "plans of one episode share their noise");
+    assert_eq!(first[0].uncertainty.as_ref().map(Vec::len), Some(10));
+}
+
+#[test]
+fn both_processor_backends_predict_the_same_trajectory() {
+    let shelf = Shelf::new();
+    let data = demonstrations(Split::Train, 2);
+    shelf.train("policy", &tiny_training(10), &data, None).unwrap();
+    let predict = |device: DeviceKind| {
+        let policy = FlowPolicy::load(&shelf.path("policy"), device).unwrap();
+        policy.predict(&histories(&data, 0), &[3407, 3408], 2).unwrap()
+    };
+    let (flex, ndarray) = (predict(DeviceKind::Flex), predict(DeviceKind::Ndarray));
+    let mut worst: f64 = 0.0;
+    for (one, other) in flex.iter().flatten().zip(ndarray.iter().flatten()) {
+        for (one, other) in one.consensus.iter().zip(other.consensus.iter()) {
+            let between = reseflow_lie::geodesic_distance(&one.world_from_gripper, &other.world_from_gripper);
+            worst = worst.max(between.d_geo());
+        }
+    }
+    println!("flex against ndarray: {worst:.2e}");
+    assert!(worst < 1e-4, "{worst}");
+}
+
+#[test]
+fn an_observation_that_the_network_cannot_use_is_an_error() {
+    let shelf = Shelf::new();
+    let data = demonstrations(Split::Train, 1);
+    shelf.train("policy", &tiny_training(2), &data, None).unwrap();
+    let policy = shelf.policy("policy");
+    let frame = &data.episodes[0].observations[0];
+    let refuses = |history: ObservationHistory, part: &str| {
+        let error = policy.predict(&[history], &[1], 1).unwrap_err().to_string();
+        assert!(error.contains(part), "expected `{part}` in: {error}");
+    };
+    for frames in [1, 3] {
+        refuses(ObservationHistory::new(frame.clone(), frames), &format!("expected 2, got {frames}"));
+    }
+    let mut empty = frame.clone();
+    empty.cloud.points.clear();
+    empty.cloud.colors.clear();
+    refuses(ObservationHistory::new(empty, 2), "empty");
+    let mut broken = frame.clone();
+    broken.cloud.points[4][1] = f32::NAN;
+    refuses(ObservationHistory::new(broken, 2), "point 4");
+    let mut nowhere = frame.clone();
+    nowhere.world_from_gripper.translation.x = f64::NAN;
+    refuses(ObservationHistory::new(nowhere, 2), "finite");
+}

@@ -10,7 +10,7 @@ use crate::NetError;
 
 /// Sizes of the graph.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct GraphConfig {
     /// Centres M chosen by farthest-point sampling.
     pub centres: usize,

@@ -1,0 +1,85 @@
+//! f32: the same laws to f32 rounding, on clouds as a data set stores them too; checkpoints; what is refused.
+
+#![expect(
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "clippy knows test functions, but not what they call"
+)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod checkpoint;
+mod refusals;
+
+use burn::tensor::FloatDType;
+use reseflow_net::DriftNetConfig;
+use support::scene::{Cloud, Scene};
+use support::{assert_small, devices, laws};
+
+/// The float type of this suite's tensors.
+const FLOAT: FloatDType = FloatDType::F32;
+
+#[test]
+fn every_layer_turns_with_the_world() {
+    laws::every_layer_turns_with_the_world(1e-5);
+}
+
+#[test]
+fn handed_layers_tell_a_scene_from_its_mirror_image() {
+    laws::handed_layers_tell_a_scene_from_its_mirror_image(1e-5);
+}
+
+#[test]
+fn a_world_constant_in_a_vector_channel_is_caught() {
+    laws::a_world_constant_in_a_vector_channel_is_caught(1e-5);
+}
+
+#[test]
+fn a_moved_scene_gives_a_moved_trajectory() {
+    laws::a_moved_scene_gives_a_moved_trajectory(1e-4, 1e-3);
+}
+
+#[test]
+fn a_scene_stored_in_f32_gives_a_moved_trajectory() {
+    let stored = |cloud: &Cloud| Cloud {
+        points: cloud.points.iter().map(|point| point.map(|value| f64::from(value as f32))).collect(),
+        colors: cloud.colors.clone(),
+    };
+    let store = |scene: Scene| Scene { clouds: scene.clouds.iter().map(stored).collect(), ..scene };
+    for (name, device) in devices() {
+        let worst = laws::net_deviation(&device, &DriftNetConfig::default(), 24, store);
+        assert_small(&format!("{name} stored in f32, positions, m"), worst.position_m, 1e-4);
+        assert_small(&format!("{name} stored in f32, rotations"), worst.rotation, 1e-4);
+    }
+}
+
+#[test]
+fn a_scene_that_is_not_moved_rigidly_is_caught() {
+    laws::a_scene_that_is_not_moved_rigidly_is_caught();
+}
+
+#[test]
+fn the_order_of_the_points_does_not_matter() {
+    laws::the_order_of_the_points_does_not_matter(1e-5);
+}
+
+#[test]
+fn scenes_of_one_batch_do_not_see_each_other() {
+    laws::scenes_of_one_batch_do_not_see_each_other(1e-5);
+}
+
+#[test]
+fn degenerate_clouds_give_finite_trajectories_and_gradients() {
+    laws::degenerate_clouds_give_finite_trajectories_and_gradients();
+}
+
+#[test]
+fn every_parameter_receives_a_gradient() {
+    laws::every_parameter_receives_a_gradient();
+}
+
+#[test]
+fn the_suite_runs_in_its_float_type() {
+    laws::the_suite_runs_in_its_float_type();
+}

@@ -1,0 +1,105 @@
+//! The gradient of a generic loss against central differences, parameter by parameter and along directions through all of them.
+
+use burn::module::{Module, ModuleMapper, Param};
+use burn::tensor::{Device, Tensor};
+use reseflow_net::DriftNet;
+
+use crate::support::gradients::{NamedGradient, generic_loss, named_gradients};
+use crate::support::laws::example;
+use crate::support::scene::Scene;
+use crate::support::weights::shaken;
+use crate::support::{assert_small, devices, normals, rng, small, tensor, values, worse, worst_difference};
+
+/// Length of the step along a unit vector.
+const STEP: f64 = 1e-5;
+
+/// A direction in the space of all parameters: one list of components a tensor, in the module's order.
+type Direction = Vec<Vec<f64>>;
+
+struct Advance<'a> {
+    direction: std::slice::Iter<'a, Vec<f64>>,
+    step: f64,
+}
+
+impl ModuleMapper for Advance<'_> {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        let components = self.direction.next().expect("a direction has every parameter");
+        param.map(|weights| {
+            let offset = tensor(components.clone(), weights.dims(), &weights.device());
+            weights + offset * self.step
+        })
+    }
+}
+
+fn advanced(net: &DriftNet, direction: &Direction, step: f64) -> DriftNet {
+    net.clone().map(&mut Advance { direction: direction.iter(), step })
+}
+
+/// `direction` with length 1, restricted to the tensors that `keep` names.
+fn unit(direction: &Direction, keep: impl Fn(usize) -> bool) -> Direction {
+    let mut kept: Direction = (direction.iter().enumerate())
+        .map(|(index, part)| if keep(index) { part.clone() } else { vec![0.0; part.len()] })
+        .collect();
+    let norm = kept.iter().flatten().map(|value| value * value).sum::<f64>().sqrt();
+    kept.iter_mut().flatten().for_each(|value| *value /= norm);
+    kept
+}
+
+/// The network whose gradient is asked for; the same on every device.
+fn network(device: &Device) -> DriftNet {
+    let mut rng = rng(31);
+    shaken(small().init(device, &mut rng), 0.05, &mut rng)
+}
+
+/// The gradient of the generic loss by every parameter.
+fn gradient(device: &Device) -> Vec<NamedGradient> {
+    let tracked = device.clone().autodiff();
+    let net = network(&tracked);
+    let gradients = generic_loss(&net, &scenes(), &tracked).backward();
+    named_gradients(&net, &gradients)
+}
+
+fn scenes() -> [Scene; 2] {
+    [0, 1].map(|index| example(index, &small()))
+}
+
+#[test]
+fn the_gradient_is_the_slope_of_the_loss() {
+    // On flex alone: ndarray's sigmoid rounds to f32 whatever the float type, too coarse for differences.
+    let [(_, device), _] = devices();
+    let gradients = gradient(&device);
+    let mut rng = rng(32);
+    let mut draw =
+        || -> Direction { gradients.iter().map(|(_, gradient)| normals(gradient.len(), &mut rng)).collect() };
+    let mut directions: Vec<(&str, Direction)> =
+        (0..3).map(|_| ("all parameters", unit(&draw(), |_| true))).collect();
+    let through_each = draw();
+    for (index, (parameter, _)) in gradients.iter().enumerate() {
+        directions.push((parameter, unit(&through_each, |other| other == index)));
+    }
+    assert!(directions.len() > 50, "too few directions");
+
+    let net = network(&device);
+    for (what, direction) in directions {
+        let at = |step| values(&generic_loss(&advanced(&net, &direction, step), &scenes(), &device))[0];
+        let slope = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+        let products = gradients.iter().zip(&direction).flat_map(|((_, gradient), direction)| {
+            gradient.iter().zip(direction).map(|(gradient, direction)| gradient * direction)
+        });
+        let expected: f64 = products.sum();
+        let error = (slope - expected).abs() / expected.abs().max(1e-2);
+        assert_small(&format!("slope along {what}"), error, 1e-6);
+    }
+}
+
+#[test]
+fn every_device_has_the_same_gradient() {
+    let [flex, ndarray] = devices().map(|(_, device)| gradient(&device));
+    let mut worst = 0.0;
+    for ((_, flex), (_, ndarray)) in flex.iter().zip(&ndarray) {
+        let norm = flex.iter().map(|value| value * value).sum::<f64>().sqrt();
+        worst = worse(worst, worst_difference(flex, ndarray) / norm);
+    }
+    // As close as an f32 sigmoid lets them be.
+    assert_small("gradients of flex and ndarray, relative", worst, 1e-5);
+}

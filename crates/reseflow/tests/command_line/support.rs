@@ -1,7 +1,6 @@
 //! A folder to run the real binary in, and files with one fault each.
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -9,6 +8,56 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use zip::write::SimpleFileOptions;
 use zip::{ZipArchive, ZipWriter};
+
+/// A run of a few seconds with a network of a few thousand numbers. Its seed is one that no reported figure uses.
+pub(crate) const TINY: &str = r#"
+name = "tiny"
+task = "triangle"
+output = "runs"
+device = "cpu"
+
+[data]
+train_episodes = 3
+validation_episodes = 2
+test_episodes = 2
+seed = 90
+
+[model.network.encoder]
+graph = { centres = 8, point_neighbors = 6, centre_neighbors = 4 }
+channels = 8
+layers = 1
+nodes = 2
+point_radial = { count = 6, max_m = 0.12 }
+centre_radial = { count = 6, max_m = 0.3 }
+
+[model.network.decoder]
+horizon = 10
+frames = 2
+layers = 1
+token_scalars = 16
+token_vectors = 8
+
+[train]
+updates = 30
+batch_size = 4
+shards = 2
+learning_rate = 5e-3
+warmup = 5
+ema_decay = 0.9
+validate_every = 20
+seed = 1
+
+[eval]
+steps = [1, 3]
+seeds = 2
+
+[rollout]
+episodes = 2
+steps = 1
+n_action_steps = 5
+log_episodes = 1
+picture_episodes = 1
+"#;
 
 /// A temporary folder in which the binary is run.
 pub(crate) struct Bench {
@@ -28,8 +77,34 @@ impl Bench {
 
     /// Runs `reseflow` with the words of `call`.
     pub(crate) fn run(&self, call: &str) -> Output {
+        self.command(call).output().unwrap()
+    }
+
+    /// `reseflow` with the words of `call`, not yet started.
+    pub(crate) fn command(&self, call: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_reseflow"));
-        command.current_dir(self.folder.path()).args(call.split_whitespace()).output().unwrap()
+        command.current_dir(self.folder.path()).args(call.split_whitespace());
+        command
+    }
+
+    /// The bytes of the file `name`.
+    pub(crate) fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap_or_else(|fault| panic!("{name}: {fault}"))
+    }
+
+    /// The JSON in the file `name`.
+    pub(crate) fn read_json(&self, name: &str) -> Value {
+        serde_json::from_slice(&self.bytes(name)).unwrap()
+    }
+
+    /// Writes `tiny.toml`, four episodes `train.npz` and three `held_out.npz`, and trains the policy in `policy`.
+    pub(crate) fn with_policy() -> Self {
+        let bench = Self::new();
+        fs::write(bench.path("tiny.toml"), TINY).unwrap();
+        bench.succeed("gen --task triangle --episodes 4 --seed 90 --out train.npz");
+        bench.succeed("gen --task triangle --episodes 3 --seed 90 --split validation --out held_out.npz");
+        bench.succeed("train --config tiny.toml --data train.npz --out policy");
+        bench
     }
 
     /// Standard output of a call that must succeed.

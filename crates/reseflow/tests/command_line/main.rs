@@ -1,0 +1,9 @@
+//! The real binary: recording, learning, scoring, acting, all of it as one pipeline, and every kind of bad input.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
+
+mod bad_checkpoints;
+mod bad_input;
+mod pipeline;
+mod policies;
+mod recording;
+mod support;

@@ -5,8 +5,8 @@ use divan::{Bencher, black_box};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reseflow_net::{
-    CloudGraph, DriftNet, DriftNetConfig, EncodedScenes, EndpointPrediction, GraphConfig, SceneContext,
-    SceneState, TokenBatch, TokenState,
+    CloudGraph, DriftNet, DriftNetConfig, EncodedScenes, EndpointPrediction, GraphConfig, GripperState,
+    SceneContext, SceneState, TokenBatch,
 };
 
 fn main() {
@@ -32,8 +32,8 @@ fn cloud(rng: &mut ChaCha8Rng) -> (Vec<[f64; 3]>, Vec<[u8; 3]>) {
     (points.collect(), (0..POINTS).map(|_| [255, 128, 0]).collect())
 }
 
-fn gripper(rng: &mut ChaCha8Rng) -> TokenState {
-    TokenState {
+fn gripper(rng: &mut ChaCha8Rng) -> GripperState {
+    GripperState {
         columns: [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
         position_m: [(); 3].map(|()| rng.random_range(-0.2..0.2)),
         opening: 0.5,
@@ -47,7 +47,7 @@ struct Workload {
     /// `[O][B]`.
     graphs: Vec<Vec<CloudGraph>>,
     states: Vec<SceneState>,
-    noise: Vec<Vec<TokenState>>,
+    noise: Vec<Vec<GripperState>>,
     times: Vec<f64>,
 }
 
@@ -71,8 +71,11 @@ impl Workload {
 
     #[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]
     fn encode(&self) -> Vec<EncodedScenes> {
-        let frame = |graphs: &Vec<CloudGraph>| self.net.encode(graphs, &self.device).expect("sizes agree");
-        self.graphs.iter().map(frame).collect()
+        let frame = |(frame, graphs): (usize, &Vec<CloudGraph>)| {
+            let grippers: Vec<_> = self.states.iter().map(|state| state.frames[frame]).collect();
+            self.net.encode(graphs, &grippers, &self.device).expect("sizes agree")
+        };
+        self.graphs.iter().enumerate().map(frame).collect()
     }
 
     #[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]

@@ -9,16 +9,13 @@ use rand::Rng;
 use crate::init::{linear, normal};
 use crate::scene_batch::floats;
 use crate::tokens::{FOURIER_WIDTH, LENGTH_SCALE_M, fourier, gripper_vectors};
-use crate::{DecoderConfig, EncodedScenes, Features, NetError, TokenState};
-
-/// The gripper's state in one frame.
-pub type FrameState = TokenState;
+use crate::{DecoderConfig, EncodedScenes, Features, GripperState, NetError};
 
 /// What is known about a scene besides its clouds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneState {
     /// The gripper in each of the O frames, oldest first.
-    pub frames: Vec<FrameState>,
+    pub frames: Vec<GripperState>,
     /// Executed action steps over the episode's length, in \[0, 1\].
     pub progress: f64,
 }

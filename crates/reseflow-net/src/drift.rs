@@ -6,8 +6,8 @@ use rand::Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    CloudGraph, Decoder, DecoderConfig, EncodedScenes, Encoder, EncoderConfig, EndpointPrediction, NetError,
-    SceneBatch, SceneContext, SceneState, TokenBatch,
+    CloudGraph, Decoder, DecoderConfig, EncodedScenes, Encoder, EncoderConfig, EndpointPrediction,
+    GripperState, NetError, SceneBatch, SceneContext, SceneState, TokenBatch,
 };
 
 /// Sizes of a [`DriftNet`].
@@ -60,17 +60,18 @@ impl DriftNet {
         &self.config
     }
 
-    /// Encodes one frame of each of B scenes.
+    /// Encodes one frame of each of B scenes: its cloud's graph and the gripper at that time.
     ///
     /// # Errors
-    /// [`NetError::Mismatch`] where graphs were built with other sizes.
+    /// [`NetError::Mismatch`] where graphs were built with other sizes, or there is not one gripper for each graph.
     pub fn encode<'a>(
         &self,
         graphs: impl IntoIterator<Item = &'a CloudGraph>,
+        grippers: &[GripperState],
         device: &Device,
     ) -> Result<EncodedScenes, NetError> {
         let EncoderConfig { point_radial, centre_radial, .. } = &self.config.encoder;
-        let batch = SceneBatch::collate(graphs, point_radial, centre_radial, device)?;
+        let batch = SceneBatch::collate(graphs, grippers, point_radial, centre_radial, device)?;
         Ok(self.encoder.forward(&batch))
     }
 

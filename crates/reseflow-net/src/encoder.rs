@@ -1,4 +1,4 @@
-//! The encoder: colours and geometry in, K nodes with features of degrees 0 and 1 out. Runs once per observation.
+//! The encoder: colours, geometry and the gripper in, K nodes with features of degrees 0 and 1 out. Runs once per observation.
 
 use burn::module::Module;
 use burn::nn::Linear;
@@ -7,7 +7,7 @@ use rand::Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::init::linear;
-use crate::tokens::LENGTH_SCALE_M;
+use crate::scene_batch::CENTRE_VECTORS;
 use crate::{
     Convolution, ConvolutionConfig, Features, GraphConfig, HeatMap, HeatMapConfig, Interaction,
     InteractionConfig, NetError, RadialBasis, SceneBatch,
@@ -84,6 +84,7 @@ impl EncoderConfig {
         Encoder {
             embed: linear([3, channels], 1.0, true, device, rng),
             place: linear([channels, channels], 1.0, true, device, rng),
+            place_vectors: linear([CENTRE_VECTORS, channels], 1.0, false, device, rng),
             from_points: convolution(self.point_radial, false).init(device, rng),
             point_interaction: interaction.init(device, rng),
             convolutions: (0..self.layers)
@@ -100,6 +101,7 @@ impl EncoderConfig {
 pub struct Encoder {
     embed: Linear,
     place: Linear,
+    place_vectors: Linear,
     from_points: Convolution,
     point_interaction: Interaction,
     convolutions: Vec<Convolution>,
@@ -127,13 +129,15 @@ impl Encoder {
         let embedded = self.embed.forward(batch.colors.clone()).tanh();
         let centre_scalars = embedded.clone().select(0, batch.centres.clone());
         let [rows, channels] = centre_scalars.dims();
-        let positions = batch.centre_positions.clone().div_scalar(LENGTH_SCALE_M);
+        let positions = batch.centre_vectors.clone().narrow(2, 0, 1);
 
         let points =
             Features { scalars: embedded, vectors: Tensor::zeros([3, 1, 1], &batch.colors.device()) };
         let message = self.from_points.forward(&points, centre_scalars.clone(), &batch.point_edges);
         let scalars = centre_scalars + message.scalars;
-        let placed = self.place.forward(scalars.clone()).reshape([1, rows, channels]) * positions.clone();
+        // Where the centre is and how the gripper is turned, seen from it; the gate starts at one.
+        let gate = self.place.forward(scalars.clone()).reshape([1, rows, channels]).add_scalar(1.0);
+        let placed = gate * self.place_vectors.forward(batch.centre_vectors.clone());
         let mut features =
             self.point_interaction.forward(Features { scalars, vectors: message.vectors + placed });
         for (convolution, interaction) in self.convolutions.iter().zip(&self.interactions) {

@@ -25,7 +25,7 @@ mod scene_batch;
 mod tokens;
 
 pub use attention::{InvariantAttention, InvariantAttentionConfig};
-pub use context::{FrameState, SceneContext, SceneState};
+pub use context::{SceneContext, SceneState};
 pub use convolution::{Convolution, ConvolutionConfig};
 pub use decoder::{Decoder, DecoderConfig, EndpointPrediction};
 pub use drift::{DriftNet, DriftNetConfig};
@@ -37,4 +37,4 @@ pub use heat_map::{HeatMap, HeatMapConfig};
 pub use interaction::{Interaction, InteractionConfig};
 pub use radial::RadialBasis;
 pub use scene_batch::{EdgeTensors, SceneBatch};
-pub use tokens::{TokenBatch, TokenState};
+pub use tokens::{GripperState, TokenBatch};

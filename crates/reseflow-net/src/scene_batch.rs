@@ -2,7 +2,8 @@
 
 use burn::tensor::{Device, Int, Tensor, TensorData};
 
-use crate::{CloudGraph, EdgeList, NetError, RadialBasis};
+use crate::tokens::{LENGTH_SCALE_M, gripper_vectors};
+use crate::{CloudGraph, EdgeList, GripperState, NetError, RadialBasis};
 
 /// Displacements shorter than this point nowhere in particular: the direction fades out smoothly below it, metres.
 const SHORTEST_DIRECTION_M: f64 = 1e-3;
@@ -33,8 +34,9 @@ pub struct SceneBatch {
     pub colors: Tensor<2>,
     /// Rows of the centres among the points, `[B·M]`.
     pub centres: Tensor<1, Int>,
-    /// Centres relative to their centroid, `[3, B·M, 1]`.
-    pub centre_positions: Tensor<3>,
+    /// What is known of every centre as vectors, `[3, B·M, 5]`: its offset from the centroid, the gripper's three columns, and the
+    /// gripper's offset from the centre; offsets over the length scale.
+    pub centre_vectors: Tensor<3>,
     /// Edges from points to centres.
     pub point_edges: EdgeTensors,
     /// Edges among centres.
@@ -42,12 +44,13 @@ pub struct SceneBatch {
 }
 
 impl SceneBatch {
-    /// Lays `graphs` behind one another.
+    /// Lays `graphs` behind one another, each with its gripper.
     ///
     /// # Errors
-    /// [`NetError::Mismatch`] where there is no graph, or graphs were built with different sizes.
+    /// [`NetError::Mismatch`] where there is no graph, graphs were built with different sizes, or there is not one gripper for each.
     pub fn collate<'a>(
         graphs: impl IntoIterator<Item = &'a CloudGraph>,
+        grippers: &[GripperState],
         point_radial: &RadialBasis,
         centre_radial: &RadialBasis,
         device: &Device,
@@ -56,6 +59,9 @@ impl SceneBatch {
         let Some(first) = graphs.first() else {
             return Err(NetError::Mismatch { what: "scenes in a batch", expected: 1, got: 0 });
         };
+        if grippers.len() != graphs.len() {
+            return Err(NetError::Mismatch { what: "grippers", expected: graphs.len(), got: grippers.len() });
+        }
         let centres_per_scene = first.centres.len();
         for graph in &graphs {
             for (what, expected, got) in [
@@ -76,16 +82,12 @@ impl SceneBatch {
             centres.extend(graph.centres.iter().map(|&centre| (first_point + centre) as i64));
             first_point += graph.positions_m.len();
         }
-        let positions: Vec<[f64; 3]> = graphs
-            .iter()
-            .flat_map(|graph| graph.centres.iter().map(|&centre| graph.positions_m[centre]))
-            .collect();
         Ok(Self {
             centroids_m: graphs.iter().map(|graph| graph.centroid_m).collect(),
             centres_per_scene,
             colors: floats(colors, [points, 3], device),
             centres: indices(centres, device),
-            centre_positions: component_first(&positions, device),
+            centre_vectors: centre_vectors(&graphs, grippers, device),
             point_edges: edge_tensors(
                 graphs.iter().map(|graph| (&graph.point_edges, graph.positions_m.len())),
                 point_radial,
@@ -108,6 +110,25 @@ impl SceneBatch {
     pub fn is_empty(&self) -> bool {
         self.centroids_m.is_empty()
     }
+}
+
+/// The channels of [`SceneBatch::centre_vectors`].
+pub(crate) const CENTRE_VECTORS: usize = 5;
+
+fn centre_vectors(graphs: &[&CloudGraph], grippers: &[GripperState], device: &Device) -> Tensor<3> {
+    let mut values = Vec::new();
+    for axis in 0..3 {
+        for (graph, gripper) in graphs.iter().zip(grippers) {
+            for &centre in &graph.centres {
+                let offset_m = graph.positions_m[centre];
+                let centre_m = [0, 1, 2].map(|axis| graph.centroid_m[axis] + offset_m[axis]);
+                values.push(offset_m[axis] / LENGTH_SCALE_M);
+                values.extend(gripper_vectors(gripper, &centre_m, axis));
+            }
+        }
+    }
+    let rows = values.len() / (3 * CENTRE_VECTORS);
+    floats(values, [3, rows, CENTRE_VECTORS], device)
 }
 
 fn edge_tensors<'a>(

@@ -5,8 +5,8 @@ use burn::tensor::{Device, Tensor};
 use crate::NetError;
 use crate::scene_batch::floats;
 
-/// The length scale ℓ that makes metres comparable with radians.
-pub(crate) const LENGTH_SCALE_M: f64 = 0.15;
+/// The length scale that makes the offsets in a scene comparable with unit vectors.
+pub(crate) const LENGTH_SCALE_M: f64 = 0.1;
 
 /// Octaves of the time embedding.
 const OCTAVES: usize = 8;
@@ -16,7 +16,7 @@ pub(crate) const FOURIER_WIDTH: usize = 2 * OCTAVES;
 
 /// A gripper pose and opening, world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TokenState {
+pub struct GripperState {
     /// The columns of the rotation world_from_gripper.
     pub columns: [[f64; 3]; 3],
     /// The gripper's origin, metres.
@@ -42,7 +42,7 @@ impl TokenBatch {
     /// # Errors
     /// [`NetError::Mismatch`] where counts differ.
     pub fn new(
-        trajectories: &[Vec<TokenState>],
+        trajectories: &[Vec<GripperState>],
         times: &[f64],
         origins_m: &[[f64; 3]],
         device: &Device,
@@ -85,7 +85,7 @@ impl TokenBatch {
 }
 
 /// One component of a gripper's three columns and of its offset from `origin` over ℓ.
-pub(crate) fn gripper_vectors(state: &TokenState, origin: &[f64; 3], axis: usize) -> [f64; 4] {
+pub(crate) fn gripper_vectors(state: &GripperState, origin: &[f64; 3], axis: usize) -> [f64; 4] {
     let [x, y, z] = state.columns.map(|column| column[axis]);
     [x, y, z, (state.position_m[axis] - origin[axis]) / LENGTH_SCALE_M]
 }

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use reseflow_data::{ActionChunk, Dataset, Observation, Window};
 use reseflow_flow::{EndpointTargets, LossParts, NodeTargets, ScrewPath, endpoint_loss};
-use reseflow_net::{DriftNet, HeatMap, TokenBatch};
+use reseflow_net::{CloudGraph, DriftNet, HeatMap, TokenBatch};
 
 use crate::convert::{graph, token, tokens};
 use crate::{ModelConfig, TrainConfig, TrainError};
@@ -27,7 +27,7 @@ pub(crate) fn shard_loss(
     for _ in 0..count {
         let window = draw_window(data, train, rng);
         let observed: Vec<&Observation> = window.frames(&data.episodes, decoder.frames).collect();
-        let grippers =
+        let grippers: Vec<_> =
             observed.iter().map(|seen| token(&seen.world_from_gripper, seen.gripper_opening)).collect();
         for (frame, &seen) in frames.iter_mut().zip(&observed) {
             frame.push(graph(&jittered(seen, train.jitter_m, rng), &model.network.encoder.graph)?);
@@ -46,7 +46,11 @@ pub(crate) fn shard_loss(
         weights.extend(wanted.iter().map(|target| target.weight()));
         targets.push(clean);
     }
-    let encoded: Result<Vec<_>, _> = frames.iter().map(|graphs| net.encode(graphs, device)).collect();
+    let encode = |(frame, graphs): (usize, &Vec<CloudGraph>)| {
+        let grippers: Vec<_> = states.iter().map(|state| state.frames[frame]).collect();
+        net.encode(graphs, &grippers, device)
+    };
+    let encoded: Result<Vec<_>, _> = frames.iter().enumerate().map(encode).collect();
     let encoded = encoded?;
     let context = net.context(&encoded, &states)?;
     let batch = TokenBatch::new(&trajectories, &times, &context.origins_m, device)?;

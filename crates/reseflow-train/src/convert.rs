@@ -3,14 +3,14 @@
 use burn::tensor::Tensor;
 use reseflow_data::{Action, ActionChunk, Observation};
 use reseflow_lie::{Matrix3, SE3, SO3, Vector3};
-use reseflow_net::{CloudGraph, EndpointPrediction, GraphConfig, NetError, TokenState};
+use reseflow_net::{CloudGraph, EndpointPrediction, GraphConfig, GripperState, NetError};
 
 use crate::TrainError;
 
 /// A gripper pose and opening as the network's vectors.
-pub(crate) fn token(world_from_gripper: &SE3, opening: f64) -> TokenState {
+pub(crate) fn token(world_from_gripper: &SE3, opening: f64) -> GripperState {
     let rotation = world_from_gripper.rotation.matrix();
-    TokenState {
+    GripperState {
         columns: [0, 1, 2].map(|column| [0, 1, 2].map(|row| rotation[(row, column)])),
         position_m: world_from_gripper.translation.into(),
         opening,
@@ -18,7 +18,7 @@ pub(crate) fn token(world_from_gripper: &SE3, opening: f64) -> TokenState {
 }
 
 /// A trajectory as tokens.
-pub(crate) fn tokens(chunk: &ActionChunk) -> Vec<TokenState> {
+pub(crate) fn tokens(chunk: &ActionChunk) -> Vec<GripperState> {
     chunk.iter().map(|action| token(&action.world_from_gripper, action.opening)).collect()
 }
 

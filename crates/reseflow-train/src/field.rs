@@ -40,12 +40,6 @@ pub(crate) fn context(
     if let Some((observed, _)) = scenes.iter().find(|(observed, _)| observed.len() != expected) {
         return Err(NetError::Mismatch { what: "observation frames", expected, got: observed.len() }.into());
     }
-    let mut frames = Vec::with_capacity(config.decoder.frames);
-    for frame in 0..config.decoder.frames {
-        let graphs: Result<Vec<_>, _> =
-            scenes.iter().map(|(observed, _)| graph(observed[frame], &config.encoder.graph)).collect();
-        frames.push(net.encode(&graphs?, device)?);
-    }
     let states: Vec<SceneState> = scenes
         .iter()
         .map(|(observed, elapsed)| SceneState {
@@ -56,6 +50,13 @@ pub(crate) fn context(
             progress: (*elapsed as f64 / config.decoder.horizon as f64).min(1.0),
         })
         .collect();
+    let mut frames = Vec::with_capacity(config.decoder.frames);
+    for frame in 0..config.decoder.frames {
+        let graphs: Result<Vec<_>, _> =
+            scenes.iter().map(|(observed, _)| graph(observed[frame], &config.encoder.graph)).collect();
+        let grippers: Vec<_> = states.iter().map(|state| state.frames[frame]).collect();
+        frames.push(net.encode(&graphs?, &grippers, device)?);
+    }
     Ok(net.context(&frames, &states)?)
 }
 

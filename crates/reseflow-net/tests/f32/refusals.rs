@@ -1,13 +1,14 @@
 //! What the network refuses, and how it says so.
 
 use burn::tensor::Device;
+use reseflow_lie::SE3;
 use reseflow_net::{
     DriftNet, DriftNetConfig, EncodedScenes, GraphConfig, NetError, RadialBasis, SceneBatch, SceneContext,
     SceneState, TokenBatch,
 };
 
 use crate::support::laws::example;
-use crate::support::scene::{Cloud, Scene};
+use crate::support::scene::{Cloud, Scene, gripper};
 use crate::support::trajectory::{encode, predict};
 use crate::support::{devices, rng, small};
 
@@ -136,16 +137,21 @@ fn graphs_of_different_sizes_are_refused() {
     let mut rng = rng(73);
     let config = small().encoder;
     let cloud = Cloud::in_a_box(30, &mut rng);
+    let home = gripper(&SE3::identity(), [2.0, 0.2], &mut rng);
     let collate = |spoil: fn(&mut GraphConfig)| {
         let mut other = config.graph;
         spoil(&mut other);
         let graphs = [cloud.graph(&config.graph), cloud.graph(&other)];
-        SceneBatch::collate(&graphs, &config.point_radial, &config.centre_radial, &device)
+        let grippers = [home; 2];
+        SceneBatch::collate(&graphs, &grippers, &config.point_radial, &config.centre_radial, &device)
     };
     assert!(collate(|_| ()).is_ok());
     assert_mismatch(collate(|graph| graph.centres = 9), [10, 9], "centres");
     assert_mismatch(collate(|graph| graph.point_neighbors = 7), [6, 7], "edges per centre");
     assert_mismatch(collate(|graph| graph.centre_neighbors = 3), [4, 3], "edges among centres");
-    let none = SceneBatch::collate([], &config.point_radial, &config.centre_radial, &device);
+    let none = SceneBatch::collate([], &[], &config.point_radial, &config.centre_radial, &device);
     assert_mismatch(none, [1, 0], "scenes");
+    let graph = cloud.graph(&config.graph);
+    let no_gripper = SceneBatch::collate([&graph], &[], &config.point_radial, &config.centre_radial, &device);
+    assert_mismatch(no_gripper, [1, 0], "grippers");
 }

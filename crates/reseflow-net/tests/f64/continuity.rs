@@ -2,9 +2,10 @@
 
 use burn::tensor::Device;
 use rand_chacha::ChaCha8Rng;
-use reseflow_net::{CloudGraph, DriftNet, GraphConfig};
+use reseflow_lie::SE3;
+use reseflow_net::{CloudGraph, DriftNet, GraphConfig, GripperState};
 
-use crate::support::scene::{Cloud, random_colors};
+use crate::support::scene::{Cloud, gripper, random_colors};
 use crate::support::weights::shaken;
 use crate::support::{assert_caught, assert_small, devices, rng, small, values, worse, worst_difference};
 
@@ -66,9 +67,14 @@ impl Passage {
     }
 }
 
+/// Some gripper.
+fn home() -> GripperState {
+    gripper(&SE3::identity(), [2.0, 0.2], &mut rng(5))
+}
+
 /// Everything that the encoder says about one graph.
 fn encoded(net: &DriftNet, graph: &CloudGraph, device: &Device) -> Vec<f64> {
-    let encoded = net.encode([graph], device).expect("the graph has the network's sizes");
+    let encoded = net.encode([graph], &[home()], device).expect("the graph has the network's sizes");
     let mut all = values(&encoded.positions);
     all.extend(values(&encoded.nodes.scalars));
     all.extend(values(&encoded.nodes.vectors));

@@ -2,13 +2,14 @@
 
 use burn::tensor::Device;
 use rand_chacha::ChaCha8Rng;
+use reseflow_lie::SE3;
 use reseflow_net::{
     Convolution, ConvolutionConfig, EncoderConfig, Features, GraphConfig, HeatMap, HeatMapConfig,
     InteractionConfig, InvariantAttentionConfig, RadialBasis, SceneBatch,
 };
 
 use super::features::{HostFeatures, deviation};
-use super::scene::Cloud;
+use super::scene::{Cloud, gripper};
 use super::weights::shaken;
 use super::world::World;
 use super::{normals, rng, tensor, values};
@@ -64,7 +65,10 @@ pub(crate) fn interaction_with_world_constant(
 /// Two clouds in one batch, moved by `world`.
 fn batch(clouds: &[Cloud], world: &World, device: &Device) -> SceneBatch {
     let graphs: Vec<_> = clouds.iter().map(|cloud| cloud.moved(world).graph(&GRAPH)).collect();
-    SceneBatch::collate(&graphs, &RADIAL, &RADIAL, device).expect("the graphs have one size")
+    let mut rng = rng(17);
+    let grippers: Vec<_> =
+        clouds.iter().map(|_| world.gripper(&gripper(&SE3::identity(), [2.0, 0.2], &mut rng))).collect();
+    SceneBatch::collate(&graphs, &grippers, &RADIAL, &RADIAL, device).expect("the graphs have one size")
 }
 
 fn clouds(rng: &mut ChaCha8Rng) -> Vec<Cloud> {

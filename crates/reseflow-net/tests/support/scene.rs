@@ -4,7 +4,7 @@ use rand::seq::SliceRandom;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 use reseflow_lie::{SE3, SO3, Vector3};
-use reseflow_net::{CloudGraph, DecoderConfig, GraphConfig, SceneState, TokenState};
+use reseflow_net::{CloudGraph, DecoderConfig, GraphConfig, GripperState, SceneState};
 
 use super::world::World;
 
@@ -53,10 +53,10 @@ pub(crate) struct Scene {
     /// One cloud for each frame, oldest first.
     pub(crate) clouds: Vec<Cloud>,
     /// The gripper in each frame.
-    pub(crate) grippers: Vec<TokenState>,
+    pub(crate) grippers: Vec<GripperState>,
     pub(crate) progress: f64,
     /// The flow's state, L poses.
-    pub(crate) noise: Vec<TokenState>,
+    pub(crate) noise: Vec<GripperState>,
     pub(crate) time: f64,
 }
 
@@ -116,10 +116,14 @@ impl Scene {
 }
 
 /// A gripper drawn about `mean` with standard deviations in radians and metres, anyhow open.
-fn gripper<R: Rng + ?Sized>(mean: &SE3, [rotation_rad, translation_m]: [f64; 2], rng: &mut R) -> TokenState {
+pub(crate) fn gripper<R: Rng + ?Sized>(
+    mean: &SE3,
+    [rotation_rad, translation_m]: [f64; 2],
+    rng: &mut R,
+) -> GripperState {
     let pose = SE3::sample_gaussian(mean, rotation_rad, translation_m, rng);
     let rotation = pose.rotation.matrix();
-    TokenState {
+    GripperState {
         columns: [0, 1, 2].map(|column| rotation.column(column).into_owned().into()),
         position_m: pose.translation.into(),
         opening: rng.random(),

@@ -76,7 +76,8 @@ pub(crate) fn encode(net: &DriftNet, scenes: &[Scene], device: &Device) -> Vec<E
     let encoded = frames.map(|frame| {
         let graph = |scene: &Scene| scene.clouds[frame].graph(&net.config().encoder.graph);
         let graphs: Vec<_> = scenes.iter().map(graph).collect();
-        net.encode(&graphs, device).expect("the graphs have the network's sizes")
+        let grippers: Vec<_> = scenes.iter().map(|scene| scene.grippers[frame]).collect();
+        net.encode(&graphs, &grippers, device).expect("the graphs have the network's sizes")
     });
     encoded.collect()
 }

@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_lie::{Matrix3, SO3, Vector3};
-use reseflow_net::TokenState;
+use reseflow_net::GripperState;
 
 /// x ↦ turn·x + shift; a rigid motion where det turn = 1, a reflection and a rigid motion where it is −1.
 #[derive(Debug, Clone)]
@@ -37,8 +37,8 @@ impl World {
         (self.turn * Vector3::from(*vector)).into()
     }
 
-    pub(crate) fn gripper(&self, state: &TokenState) -> TokenState {
-        TokenState {
+    pub(crate) fn gripper(&self, state: &GripperState) -> GripperState {
+        GripperState {
             columns: state.columns.map(|column| self.vector(&column)),
             position_m: self.point(&state.position_m),
             opening: state.opening,

@@ -146,7 +146,8 @@ impl ExperimentConfig {
                 "`name` is `{name}`, expected letters, digits, `-`, `_` and `.`: it names a folder"
             ));
         }
-        Ok(())
+        self.model.validate().map_err(|fault| fault.to_string())?;
+        self.train.validate().map_err(|fault| fault.to_string())
     }
 
     /// The run's folder.

@@ -80,7 +80,7 @@ pub fn per_action_error(
     }
 }
 
-/// Named quantities against the update. A long noisy curve is drawn as the means of [`BINS`] neighbourhoods; values that are not
+/// Named quantities against the update. A long noisy curve is drawn as the means of `BINS` neighbourhoods; values that are not
 /// positive are left out.
 pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePlot {
     let series = |(label, points): &(&str, Vec<(f64, f64)>)| {

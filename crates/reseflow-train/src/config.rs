@@ -20,9 +20,30 @@ impl ModelConfig {
     /// Checks every value.
     ///
     /// # Errors
-    /// What the network or the prior refuses.
+    /// What the network or the prior refuses, and sizes beyond any use, for which there would be no memory.
     pub fn validate(&self) -> Result<(), TrainError> {
         self.network.validate()?;
+        let (encoder, decoder) = (&self.network.encoder, &self.network.decoder);
+        for (key, value, most) in [
+            ("encoder.graph.centres", encoder.graph.centres, 16_384),
+            ("encoder.graph.point_neighbors", encoder.graph.point_neighbors, 1024),
+            ("encoder.graph.centre_neighbors", encoder.graph.centre_neighbors, 1024),
+            ("encoder.channels", encoder.channels, 1024),
+            ("encoder.layers", encoder.layers, 64),
+            ("encoder.nodes", encoder.nodes, 64),
+            ("encoder.point_radial.count", encoder.point_radial.count, 1024),
+            ("encoder.centre_radial.count", encoder.centre_radial.count, 1024),
+            ("decoder.horizon", decoder.horizon, 1024),
+            ("decoder.frames", decoder.frames, 64),
+            ("decoder.layers", decoder.layers, 64),
+            ("decoder.token_scalars", decoder.token_scalars, 1024),
+            ("decoder.token_vectors", decoder.token_vectors, 1024),
+        ] {
+            if value > most {
+                let fault = format!("model.network.{key} must be at most {most}, got {value}");
+                return Err(TrainError::Config(fault));
+            }
+        }
         Ok(self.prior.validate()?)
     }
 }

@@ -90,6 +90,7 @@ fn a_damaged_configuration_is_refused_by_name() {
         (edit("channels = 8", "chanels = 8"), &["chanels", "channels"]),
         (edit("channels = 8", "channels = 'eight'"), &["eight"]),
         (edit("channels = 8", "channels = 0"), &["encoder.channels", "at least 1, got 0"]),
+        (edit("channels = 8", "channels = 8000000"), &["encoder.channels", "at most 1024, got 8000000"]),
         (
             edit("sigma_rotation_rad = 0.5", "sigma_rotation_rad = -0.5"),
             &["prior.sigma_rotation_rad", "-0.5"],

@@ -1,1 +1,1 @@
-//! End-to-end tests over the whole workspace.
+//! End-to-end tests over the whole workspace, in this folder's test target; the library itself is empty.

@@ -1,6 +1,7 @@
 //! Where faults become exit codes: 2 for what the user gave, 1 for what went wrong in here.
 
 use reseflow_data::DataError;
+use reseflow_train::TrainError;
 
 /// Exit code for bad input: a file, an option or a configuration that cannot be used.
 pub const EXIT_BAD_INPUT: u8 = 2;
@@ -19,7 +20,13 @@ pub fn bad_input(sentence: impl Into<String>) -> anyhow::Error {
 
 /// The exit code that an error leads to.
 pub fn exit_code(error: &anyhow::Error) -> u8 {
-    let users_fault = error.chain().any(|cause| cause.is::<BadInput>() || cause.is::<DataError>());
+    // A training that diverges or crashes is nobody's bad input; every other fault of the trainer names what it was given.
+    let users_fault = error.chain().any(|cause| {
+        let fault = cause.downcast_ref::<TrainError>();
+        let refused =
+            fault.is_some_and(|fault| !matches!(fault, TrainError::Diverged { .. } | TrainError::Worker));
+        refused || cause.is::<BadInput>() || cause.is::<DataError>()
+    });
     if users_fault { EXIT_BAD_INPUT } else { EXIT_INTERNAL }
 }
 
@@ -50,6 +57,8 @@ mod tests {
         assert_eq!(exit_code(&error), EXIT_BAD_INPUT);
         assert_eq!(sentence(&error), "evaluating: a.npz: no `points`");
         assert_eq!(exit_code(&anyhow::anyhow!("a bug")), EXIT_INTERNAL);
+        assert_eq!(exit_code(&TrainError::NoData.into()), EXIT_BAD_INPUT);
+        assert_eq!(exit_code(&TrainError::Diverged { update: 3 }.into()), EXIT_INTERNAL);
     }
 
     #[test]

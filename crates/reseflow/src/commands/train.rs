@@ -5,7 +5,7 @@ use reseflow_data::Dataset;
 use crate::cli::TrainArgs;
 use crate::config::load_experiment;
 use crate::learning::train_policy;
-use crate::output::{OutputFolder, Terminal};
+use crate::output::Terminal;
 
 /// Runs the command.
 pub(super) fn execute(args: &TrainArgs, terminal: &Terminal) -> anyhow::Result<()> {
@@ -15,7 +15,6 @@ pub(super) fn execute(args: &TrainArgs, terminal: &Terminal) -> anyhow::Result<(
     }
     let demonstrations = Dataset::read(&args.data)?;
     let validation = args.validation.as_deref().map(Dataset::read).transpose()?;
-    OutputFolder::claim(&args.out)?;
     let summary = train_policy(&config, &demonstrations, validation.as_ref(), &args.out, terminal)?;
     terminal.say(format!("checkpoint: {}", args.out.display()));
     terminal.machine(&summary)

@@ -79,7 +79,11 @@ fn a_training_that_cannot_be_done_leaves_the_older_checkpoint() {
     let old = bench.bytes("policy/model.safetensors");
     fs::write(bench.path("no.npz"), "no data").unwrap();
     let train = "train --config tiny.toml --out policy --data";
-    let table: [(String, &[&str]); 7] = [
+    let elsewhere = "train --config tiny.toml --data train.npz --out";
+    let table: [(String, &[&str]); 10] = [
+        (format!("{elsewhere} ."), &["expected the name of a folder"]),
+        (format!("{elsewhere} train.npz"), &["train.npz", "is not a folder"]),
+        (format!("{elsewhere} tiny.toml/policy"), &["tiny.toml"]),
         (format!("{train} no.npz"), &["no.npz"]),
         (format!("{train} absent.npz"), &["absent.npz", "No such file"]),
         (format!("{train} train.npz --validation no.npz"), &["no.npz"]),

@@ -1,8 +1,9 @@
 //! Measures what the simulator promises: success of expert, replay and standing still, contact depth, step halving.
 //!
-//! `cargo run -p reseflow-sim --example figures -- [EPISODES]`
+//! `cargo run -p reseflow-sim --example figures -- [EPISODES] [TASK…]`
 #![allow(clippy::print_stdout, reason = "an example that reports to the terminal")]
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::time::Instant;
 
@@ -12,8 +13,11 @@ use reseflow_data::{
     Action, Episode, EpisodeKey, EpisodeObserver, Outcome, Policy, RolloutConfig, Scene, Split, Task, Tick,
     rollout,
 };
-use reseflow_lie::{SE3, SO3, Vector3};
-use reseflow_sim::{GenerateRequest, Generated, Scripted, Still, TriangleTask, generate};
+use reseflow_lie::{SE3, SO3, Vector3, geodesic_distance};
+use reseflow_sim::{
+    CameraSettings, GenerateRequest, Generated, PhysicsSettings, Scripted, Still, configured_task, generate,
+    task, tasks,
+};
 
 /// Collects the depth of every contact, metres.
 #[derive(Default)]
@@ -50,22 +54,34 @@ fn percentile(values: &mut [f64], share: f64) -> f64 {
     values.get(((values.len() as f64 - 1.0) * share).round() as usize).copied().unwrap_or(0.0)
 }
 
-fn expert_success(task: &TriangleTask, split: Split, seed: u64, episodes: u64) -> Result<(), Box<dyn Error>> {
+/// Wilson's 95 % interval of a share.
+fn wilson(successes: usize, trials: usize) -> (f64, f64) {
+    let (n, z) = (trials as f64, 1.959_963_984_540_054_f64);
+    let share = successes as f64 / n;
+    let middle = share + z * z / (2.0 * n);
+    let half = z * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
+    let scale = 1.0 + z * z / n;
+    ((middle - half) / scale, (middle + half) / scale)
+}
+
+/// The expert's outcomes; prints how it fared.
+fn expert(task: &dyn Task, label: &str, split: Split, episodes: u64) -> Result<Vec<Outcome>, Box<dyn Error>> {
     let started = Instant::now();
+    let name = task.spec().name;
     let results: Vec<(Outcome, Vec<f64>)> = (0..episodes)
         .into_par_iter()
-        .map(|index| run(task, &EpisodeKey { task: "triangle".into(), split, seed, index, attempt: 0 }, None))
+        .map(|index| run(task, &EpisodeKey { task: name.clone(), split, seed: 1, index, attempt: 0 }, None))
         .collect::<Result<_, _>>()?;
     let solved = results.iter().filter(|(outcome, _)| outcome.success).count();
-    let mut errors: Vec<f64> =
-        results.iter().map(|(o, _)| (o.measure - std::f64::consts::FRAC_PI_2).abs()).collect();
+    let mut measures: Vec<f64> = results.iter().map(|(outcome, _)| outcome.measure).collect();
     let mut depths: Vec<f64> = results.iter().flat_map(|(_, depths)| depths.iter().copied()).collect();
+    let (low, high) = wilson(solved, results.len());
     println!(
-        "expert on {split}, {} substeps: {solved}/{episodes}; |angle error| median {:.4} p99 {:.4} rad; \
-         depth median {:.3} p99 {:.3} max {:.3} mm; {:.1} s",
-        task.physics.substeps,
-        percentile(&mut errors, 0.5),
-        percentile(&mut errors, 0.99),
+        "{name}, expert on {split}{label}: {solved}/{episodes} ({low:.4} to {high:.4}); measure p1 {:.4} median {:.4} p99 \
+         {:.4}; depth median {:.3} p99 {:.3} max {:.3} mm; {:.1} s",
+        percentile(&mut measures, 0.01),
+        percentile(&mut measures, 0.5),
+        percentile(&mut measures, 0.99),
         1e3 * percentile(&mut depths, 0.5),
         1e3 * percentile(&mut depths, 0.99),
         1e3 * percentile(&mut depths, 1.0),
@@ -74,16 +90,26 @@ fn expert_success(task: &TriangleTask, split: Split, seed: u64, episodes: u64) -
     for (index, (outcome, _)) in results.iter().enumerate().filter(|(_, (o, _))| !o.success).take(5) {
         println!("  failed {index}: {outcome:?}");
     }
+    Ok(results.into_iter().map(|(outcome, _)| outcome).collect())
+}
+
+/// What halving the physics step changes in the success measure.
+fn halved(name: &str, coarse: &[Outcome]) -> Result<(), Box<dyn Error>> {
+    let physics = PhysicsSettings { substeps: 2 * PhysicsSettings::default().substeps, ..Default::default() };
+    let task = configured_task(name, physics, CameraSettings::default()).ok_or("no such task")?;
+    let fine = expert(task.as_ref(), ", step halved", Split::Test, coarse.len() as u64)?;
+    let mut changes: Vec<f64> =
+        coarse.iter().zip(&fine).map(|(a, b)| (a.measure / b.measure - 1.0).abs()).collect();
+    println!(
+        "  halving changes the measure by median {:.3} %, max {:.3} %",
+        100.0 * percentile(&mut changes, 0.5),
+        100.0 * percentile(&mut changes, 1.0)
+    );
     Ok(())
 }
 
-/// Success of the expert's commands with independent errors, as a learned policy makes them.
-fn noisy_success(
-    task: &TriangleTask,
-    made: &Generated,
-    sigma_rad: f64,
-    sigma_m: f64,
-) -> Result<usize, Box<dyn Error>> {
+/// The expert's commands with independent errors, as a learned policy makes them.
+fn noisy(task: &dyn Task, made: &Generated, sigma_rad: f64, sigma_m: f64) -> Result<usize, Box<dyn Error>> {
     let noisy = |(episode, key): (&Episode, &EpisodeKey)| {
         let mut rng = key.rng("command noise");
         let disturbed = episode.actions.iter().map(|action| Action {
@@ -101,14 +127,29 @@ fn noisy_success(
     Ok(results.iter().filter(|(outcome, _)| outcome.success).count())
 }
 
+/// D̄_geo of the mean trajectory relative to the gripper's first pose.
+fn mean_trajectory_error(episodes: &[Episode]) -> Result<f64, Box<dyn Error>> {
+    let start = |episode: &Episode| episode.observations[0].world_from_gripper.inverse();
+    let steps = episodes.first().map_or(0, |episode| episode.actions.len());
+    let mut sum = 0.0;
+    for step in 0..steps {
+        let relative: Vec<SE3> =
+            episodes.iter().map(|e| start(e) * e.actions[step].world_from_gripper).collect();
+        let mean = SE3::frechet_mean(&relative, &vec![1.0; relative.len()])?;
+        sum += relative.iter().map(|pose| geodesic_distance(&mean, pose).d_geo()).sum::<f64>();
+    }
+    Ok(sum / (steps * episodes.len()) as f64)
+}
+
 /// Commands scattered about the table, openings beyond their range, now and then a NaN: how such episodes end.
-fn wild(task: &TriangleTask, episodes: u64) -> Result<(), Box<dyn Error>> {
+fn wild(task: &dyn Task, episodes: u64) -> Result<(), Box<dyn Error>> {
     let home =
         SE3::new(SO3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0)), Vector3::new(0.0, 0.0, 0.12));
+    let name = task.spec().name;
     let results: Vec<_> = (0..episodes)
         .into_par_iter()
         .map(|index| {
-            let key = EpisodeKey { task: "triangle".into(), split: Split::Test, seed: 2, index, attempt: 0 };
+            let key = EpisodeKey { task: name.clone(), split: Split::Test, seed: 2, index, attempt: 0 };
             let mut rng = key.rng("wild actions");
             let actions = (0..10).map(|_| {
                 let nan = rng.random_range(0..200) == 0;
@@ -120,61 +161,61 @@ fn wild(task: &TriangleTask, episodes: u64) -> Result<(), Box<dyn Error>> {
             run(task, &key, Some(Box::new(Scripted::new("wild", actions.collect()))))
         })
         .collect::<Result<_, _>>()?;
-    let mut ends = std::collections::BTreeMap::<String, usize>::new();
+    let mut ends = BTreeMap::<String, usize>::new();
     let mut depths: Vec<f64> = results.iter().flat_map(|(_, depths)| depths.iter().copied()).collect();
     for (outcome, _) in &results {
         *ends.entry(outcome.halt.map_or("none".to_owned(), |halt| halt.to_string())).or_default() += 1;
     }
     println!(
-        "wild actions, {episodes} episodes: {ends:?}; depth p99 {:.3} mm",
+        "  wild actions, {episodes} episodes: {ends:?}; depth p99 {:.3} mm",
         1e3 * percentile(&mut depths, 0.99)
     );
     Ok(())
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let episodes: u64 = std::env::args().nth(1).map_or(Ok(200), |text| text.parse())?;
-    let task = TriangleTask::default();
-    expert_success(&task, Split::Test, 1, episodes)?;
-    expert_success(&task, Split::Wide, 1, episodes)?;
-    let mut halved = task;
-    halved.physics.substeps *= 2;
-    expert_success(&halved, Split::Test, 1, episodes)?;
+fn figures(name: &str, episodes: u64) -> Result<(), Box<dyn Error>> {
+    let task = task(name).ok_or_else(|| format!("no task `{name}`, expected one of {:?}", tasks()))?;
+    let task = task.as_ref();
+    let coarse = expert(task, "", Split::Test, episodes)?;
+    expert(task, "", Split::Wide, episodes)?;
+    halved(name, &coarse)?;
 
     let started = Instant::now();
-    let made = generate(&task, &GenerateRequest::new(Split::Train, 7, 100), &|| ())?;
+    let made = generate(task, &GenerateRequest::new(Split::Train, 7, episodes as usize), &|| ())?;
     println!(
-        "generate: 100 episodes in {:.1} s, dropped {}",
+        "  generate: {episodes} episodes in {:.1} s, {} attempts dropped; mean trajectory off by D_geo {:.3}",
         started.elapsed().as_secs_f64(),
-        made.attempts_dropped
+        made.attempts_dropped,
+        mean_trajectory_error(&made.episodes)?
     );
-
-    let made = generate(&task, &GenerateRequest::new(Split::Train, 7, episodes as usize), &|| ())?;
     let replay = |(episode, key): (&Episode, &EpisodeKey)| {
-        run(&task, key, Some(Box::new(Scripted::new("replay", episode.actions.clone()))))
+        run(task, key, Some(Box::new(Scripted::new("replay", episode.actions.clone()))))
     };
     let replayed: Vec<_> = made.episodes.par_iter().zip(&made.keys).map(replay).collect::<Result<_, _>>()?;
-    println!("replay: {}/{episodes}", replayed.iter().filter(|(outcome, _)| outcome.success).count());
-
+    println!("  replay: {}/{episodes}", replayed.iter().filter(|(outcome, _)| outcome.success).count());
     for (sigma_rad, sigma_m) in [(0.02, 0.001), (0.03, 0.002), (0.05, 0.003), (0.08, 0.005)] {
-        let solved = noisy_success(&task, &made, sigma_rad, sigma_m)?;
+        let solved = noisy(task, &made, sigma_rad, sigma_m)?;
         println!(
-            "commands off by {sigma_rad} rad and {} mm on each axis: {solved}/{episodes}",
+            "  commands off by {sigma_rad} rad and {} mm on each axis: {solved}/{episodes}",
             1e3 * sigma_m
         );
     }
-
-    let still: Vec<_> = made
-        .keys
-        .par_iter()
-        .take(100)
-        .map(|key| run(&task, key, Some(Box::new(Still))))
-        .collect::<Result<_, _>>()?;
+    let still = |key: &EpisodeKey| run(task, key, Some(Box::new(Still)));
+    let still: Vec<_> = made.keys.par_iter().take(100).map(still).collect::<Result<_, _>>()?;
     println!(
-        "standing still: {}/{}",
+        "  standing still: {}/{}",
         still.iter().filter(|(outcome, _)| outcome.success).count(),
         still.len()
     );
-    wild(&task, 1000)?;
-    Ok(())
+    wild(task, 1000)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let episodes: u64 = arguments.next().map_or(Ok(200), |text| text.parse())?;
+    let mut names: Vec<String> = arguments.collect();
+    if names.is_empty() {
+        names = tasks().iter().map(|name| (*name).to_owned()).collect();
+    }
+    names.iter().try_for_each(|name| figures(name, episodes))
 }

@@ -5,11 +5,12 @@
 //! the reaction. Opening 0 asks for more than an object between the pads lets happen, so the grip force saturates.
 
 use glamx::Vec3;
+use nalgebra::{Matrix3, Vector3};
 use rapier3d::prelude::{
     ColliderBuilder, MassProperties, PhysicsWorld, PrismaticJointBuilder, RigidBodyBuilder, RigidBodyHandle,
 };
 use reseflow_data::Shape;
-use reseflow_lie::SE3;
+use reseflow_lie::{SE3, SO3};
 
 use crate::convert::pose_from_se3;
 use crate::world::settings::PhysicsSettings;
@@ -31,6 +32,13 @@ const PALM_MASS_KG: f64 = 0.8;
 const FINGER_MASS_KG: f64 = 0.2;
 /// The natural frequency of the critically damped fingers, rad/s.
 const FINGER_RATE_RAD_S: f64 = 70.0;
+
+/// The orientation that approaches along `approach` and closes along `close`: orthogonal directions of unit length.
+pub(crate) fn orientation(approach: &Vector3<f64>, close: &Vector3<f64>) -> SO3 {
+    let along = close.cross(approach);
+    // Columns orthonormal where the arguments are.
+    SO3::from_matrix(&Matrix3::from_columns(&[along, *close, *approach])).unwrap_or_else(|_| SO3::identity())
+}
 
 /// The bodies of the gripper.
 #[derive(Debug, Clone, Copy)]
@@ -200,5 +208,18 @@ pub(crate) fn add_finger_forces(
         finger.reset_torques(false);
         finger.add_force(force, true);
         physics.bodies[gripper.palm].add_force_at_point(-force, at, true);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_orientation_has_its_axes_where_it_says() {
+        let (approach, close) = (-Vector3::z(), Vector3::new(0.7_f64.cos(), 0.7_f64.sin(), 0.0));
+        let rotation = orientation(&approach, &close);
+        assert!((rotation.act(&Vector3::y()) - close).norm() < 1e-12);
+        assert!((rotation.act(&Vector3::z()) - approach).norm() < 1e-12);
     }
 }

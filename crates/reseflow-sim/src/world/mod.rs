@@ -3,6 +3,7 @@
 mod carriage;
 mod contacts;
 pub mod gripper;
+pub(crate) mod hinge;
 pub(crate) mod settings;
 
 use glamx::{Pose3, Vec3};
@@ -152,7 +153,20 @@ impl World {
 
     /// Gives a body a visible piece, whose frame is the body's.
     pub(crate) fn add_object_part(&mut self, name: &str, object: Object, shape: Shape, color: [u8; 3]) {
-        self.add_part(name, Role::Object, self.objects[object.0], Pose3::IDENTITY, shape, color);
+        self.add_object_part_at(name, object, Vector3::zeros(), shape, color);
+    }
+
+    /// Gives a body a visible piece that stands at `center_m` in the body's frame, axes alike.
+    pub(crate) fn add_object_part_at(
+        &mut self,
+        name: &str,
+        object: Object,
+        center_m: Vector3<f64>,
+        shape: Shape,
+        color: [u8; 3],
+    ) {
+        let body_from_part = Pose3::from_translation(vec3(&center_m));
+        self.add_part(name, Role::Object, self.objects[object.0], body_from_part, shape, color);
     }
 
     fn add_part(

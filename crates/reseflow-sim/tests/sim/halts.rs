@@ -107,7 +107,7 @@ fn wild_actions(rng: &mut impl Rng) -> Vec<Action> {
             world_from_gripper: SE3::sample_gaussian(&home, spread_rad, spread_m, rng),
             opening: rng.random_range(-0.5..=1.5),
         };
-        if rng.random_range(0..100) == 0 {
+        if rng.random_range(0..50) == 0 {
             action.opening = f64::NAN;
         }
         action
@@ -119,7 +119,7 @@ fn wild_actions(rng: &mut impl Rng) -> Vec<Action> {
 fn wild_actions_end_in_an_outcome() {
     for name in tasks() {
         let task: Box<dyn Task> = task(name).unwrap();
-        let halts: Vec<Option<Halt>> = (0..120_u64)
+        let halts: Vec<Option<Halt>> = (0..60_u64)
             .into_par_iter()
             .map(|index| {
                 let key = key(name, Split::Test, 9, index);

@@ -4,6 +4,7 @@
 mod camera;
 mod conformance;
 mod determinism;
+mod door;
 mod halts;
 mod physics;
 mod support;

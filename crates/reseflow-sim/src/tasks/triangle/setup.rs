@@ -2,13 +2,14 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::{Matrix3, Vector3};
-use rand::{Rng, RngExt};
+use nalgebra::Vector3;
+use rand::RngExt;
 use reseflow_data::{EpisodeKey, Split};
 use reseflow_lie::{SE3, SO3};
 
-use crate::camera::{Camera, ViewSpread};
-use crate::color::rgb_from_hsv;
+use crate::camera::Camera;
+use crate::tasks::draws;
+use crate::world::gripper;
 
 /// The side of a triangle of nominal size, metres.
 const NOMINAL_SIDE_M: f64 = 0.075;
@@ -47,46 +48,24 @@ impl TriangleSetup {
     pub fn draw(key: &EpisodeKey) -> TriangleSetup {
         let rng = &mut key.rng("scene");
         let wide = key.split == Split::Wide;
-        let center_m = if wide { draw_center_outside(rng) } else { draw_center(rng, 0.15) };
-        let size_offset = if wide {
-            let magnitude: f64 = rng.random_range(0.15..=0.25);
-            if rng.random::<bool>() { magnitude } else { -magnitude }
-        } else {
-            rng.random_range(-0.15..=0.15)
-        };
-        let (sigma_rad, sigma_m) = if wide { (0.25, 0.06) } else { (0.15, 0.04) };
-        let world_from_gripper = SE3::sample_gaussian(&home(), sigma_rad, sigma_m, rng);
+        let center_m = draws::center_offset(wide, rng);
+        let size_factor = draws::size_factor(wide, rng);
+        let world_from_gripper = draws::gripper_start(&home(), wide, rng);
         let yaw_rad = loop {
             let yaw: f64 = rng.random_range(-PI..PI);
             if distance_to_boundary(gripper_yaw(&world_from_gripper), yaw) >= BOUNDARY_MARGIN_RAD {
                 break yaw;
             }
         };
-        let mut color = |saturation: [f64; 2], value: [f64; 2]| {
-            let hue = rng.random::<f64>();
-            rgb_from_hsv(
-                hue,
-                rng.random_range(saturation[0]..=saturation[1]),
-                rng.random_range(value[0]..=value[1]),
-            )
-        };
-        let body_color = color([0.20, 0.42], [0.45, 0.9]);
-        let corner_color = color([0.85, 1.0], [0.75, 1.0]);
-        let table_color = color([0.02, 0.10], [0.55, 0.9]);
-        let spread = if wide {
-            ViewSpread { azimuth_rad: [0.25, 0.7], elevation_rad: 0.2, distance_m: 0.1 }
-        } else {
-            ViewSpread { azimuth_rad: [0.0, 0.15], elevation_rad: 0.08, distance_m: 0.04 }
-        };
         TriangleSetup {
-            side_m: NOMINAL_SIDE_M * (1.0 + size_offset),
+            side_m: NOMINAL_SIDE_M * size_factor,
             center_m,
             yaw_rad,
             world_from_gripper,
-            body_color,
-            corner_color,
-            table_color,
-            camera: Camera::draw(&spread, rng),
+            body_color: draws::object_color(rng),
+            corner_color: draws::salient_color(rng),
+            table_color: draws::table_color(rng),
+            camera: draws::camera(wide, rng),
         }
     }
 
@@ -105,11 +84,7 @@ impl TriangleSetup {
 /// The gripper pointing straight down with its closing direction at `yaw_rad` from the world's x axis.
 pub(super) fn pointing_down(yaw_rad: f64) -> SO3 {
     let (sin, cos) = yaw_rad.sin_cos();
-    let close = Vector3::new(cos, sin, 0.0);
-    let approach = -Vector3::z();
-    let along = close.cross(&approach);
-    // Columns orthonormal by construction.
-    SO3::from_matrix(&Matrix3::from_columns(&[along, close, approach])).unwrap_or_else(|_| SO3::identity())
+    gripper::orientation(&-Vector3::z(), &Vector3::new(cos, sin, 0.0))
 }
 
 /// The middle of the start poses: over the table's middle, pointing down, closing along the world's y axis.
@@ -131,19 +106,6 @@ fn half_turn_difference(start: f64, line: f64) -> f64 {
 /// How far a start is from where both half-turns are equally near, rad.
 fn distance_to_boundary(start: f64, line: f64) -> f64 {
     FRAC_PI_2 - half_turn_difference(start, line).abs()
-}
-
-fn draw_center<R: Rng>(rng: &mut R, half: f64) -> [f64; 2] {
-    [rng.random_range(-half..=half), rng.random_range(-half..=half)]
-}
-
-fn draw_center_outside<R: Rng>(rng: &mut R) -> [f64; 2] {
-    loop {
-        let center = draw_center(rng, 0.22);
-        if center[0].abs().max(center[1].abs()) > 0.15 {
-            return center;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -177,13 +139,5 @@ mod tests {
             let off = (setup.grasp_yaw_rad() - setup.yaw_rad).sin();
             assert!(off.abs() < 1e-12);
         }
-    }
-
-    #[test]
-    fn pointing_down_has_its_axes_where_it_says() {
-        let rotation = pointing_down(0.7);
-        let expected = Vector3::new(0.7_f64.cos(), 0.7_f64.sin(), 0.0);
-        assert!((rotation.act(&Vector3::y()) - expected).norm() < 1e-12);
-        assert!((rotation.act(&Vector3::z()) + Vector3::z()).norm() < 1e-12);
     }
 }

@@ -1,5 +1,6 @@
 //! From the simulator through the network back into the simulator: a policy that has learned one demonstration by heart solves
 //! its scene by contact, closed loop, in one integration step.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
 use reseflow_data::{Dataset, EpisodeKey, IgnoreEvents, Outcome, Policy, RolloutConfig, Split, rollout};
 use reseflow_net::{EncoderConfig, GraphConfig};

@@ -8,6 +8,7 @@
 //! | `gripper_opening` | float32 | \[E, T\] | reached opening, 0 closed to 1 open |
 //! | `action_pose` | float32 | \[E, T, 4, 4\] | commanded `world_from_gripper` at the end of each action step |
 //! | `action_opening` | float32 | \[E, T\] | commanded opening |
+//! | `action_pose_alt` | float32 | \[E, T, 4, 4\] | what another expert, as good, would have commanded; optional |
 //! | `meta` | text | \[\] | JSON, see [`DatasetMeta`]; optional |
 //!
 //! E episodes of T action steps with N points a frame. In Python: `file = numpy.load(path)` and

@@ -126,6 +126,12 @@ pub trait Scene {
     /// The scripted expert for this very scene, with the knowledge of its state that no camera gives.
     fn expert(&self) -> Box<dyn Policy>;
 
+    /// The commanded poses, one per action step, of another expert that is as good as [`Scene::expert`], where the task
+    /// leaves a choice that no observation shows. The openings are the same.
+    fn alternative(&self) -> Option<Vec<SE3>> {
+        None
+    }
+
     /// Pushes the object, for tests of recovery.
     fn disturb(&mut self, seed: u64);
 }

@@ -1,4 +1,4 @@
-//! A data set as it lies in the file: six flat arrays, and the way to episodes and back.
+//! A data set as it lies in the file: six flat arrays and an optional seventh, and the way to episodes and back.
 
 use std::io::{self, Seek, Write};
 
@@ -23,11 +23,15 @@ pub(super) struct DatasetArrays {
     gripper_opening: Array<f32>,
     action_pose: Array<f32>,
     action_opening: Array<f32>,
+    /// Older files, and most tasks, do not have it.
+    action_pose_alt: Option<Array<f32>>,
 }
 
 impl DatasetArrays {
     /// Reads the arrays; their shapes are unchecked.
     pub(super) fn read(npz: &mut NpzReader) -> Result<Self, DataError> {
+        let action_pose_alt =
+            if npz.contains("action_pose_alt") { Some(npz.array("action_pose_alt")?) } else { None };
         Ok(Self {
             points: npz.array("points")?,
             rgb: npz.array("rgb")?,
@@ -35,6 +39,7 @@ impl DatasetArrays {
             gripper_opening: npz.array("gripper_opening")?,
             action_pose: npz.array("action_pose")?,
             action_opening: npz.array("action_opening")?,
+            action_pose_alt,
         })
     }
 
@@ -44,7 +49,8 @@ impl DatasetArrays {
         npz.array("gripper_pose", &self.gripper_pose)?;
         npz.array("gripper_opening", &self.gripper_opening)?;
         npz.array("action_pose", &self.action_pose)?;
-        npz.array("action_opening", &self.action_opening)
+        npz.array("action_opening", &self.action_opening)?;
+        self.action_pose_alt.as_ref().map_or(Ok(()), |array| npz.array("action_pose_alt", array))
     }
 
     /// blake3 over every array's name, type, shape and little-endian elements, in hexadecimal.
@@ -56,6 +62,9 @@ impl DatasetArrays {
         hash_array(&mut hasher, "gripper_opening", &self.gripper_opening);
         hash_array(&mut hasher, "action_pose", &self.action_pose);
         hash_array(&mut hasher, "action_opening", &self.action_opening);
+        if let Some(array) = &self.action_pose_alt {
+            hash_array(&mut hasher, "action_pose_alt", array);
+        }
         hasher.finalize().to_hex().to_string()
     }
 
@@ -73,6 +82,10 @@ impl DatasetArrays {
         check_finite("points", &self.points)?;
         check_finite("gripper_pose", &self.gripper_pose)?;
         check_finite("action_pose", &self.action_pose)?;
+        if let Some(array) = &self.action_pose_alt {
+            check_shape("action_pose_alt", array, &matrix, "points")?;
+            check_finite("action_pose_alt", array)?;
+        }
         check_openings("gripper_opening", &self.gripper_opening)?;
         check_openings("action_opening", &self.action_opening)?;
         Ok(Extents { episodes, steps, points })
@@ -101,13 +114,20 @@ impl DatasetArrays {
                 })
             });
             let observations = observations.collect::<Result<_, String>>()?;
+            let alternative = |array: &Array<f32>| {
+                frames
+                    .clone()
+                    .map(|frame| pose("action_pose_alt", array, frame))
+                    .collect::<Result<_, String>>()
+            };
+            let alternative = self.action_pose_alt.as_ref().map(alternative).transpose()?;
             let actions = frames.map(|frame| {
                 Ok(Action {
                     world_from_gripper: pose("action_pose", &self.action_pose, frame)?,
                     opening: f64::from(self.action_opening.data[frame]),
                 })
             });
-            Ok(Episode { observations, actions: actions.collect::<Result<_, String>>()? })
+            Ok(Episode { observations, actions: actions.collect::<Result<_, String>>()?, alternative })
         };
         (0..episodes).map(episode).collect()
     }
@@ -132,6 +152,7 @@ impl DatasetArrays {
             gripper_opening: empty(&[count, steps]),
             action_pose: empty(&[count, steps, 4, 4]),
             action_opening: empty(&[count, steps]),
+            action_pose_alt: first.alternative.is_some().then(|| empty(&[count, steps, 4, 4])),
         };
         for (index, episode) in episodes.iter().enumerate() {
             arrays.push(episode, steps, points).map_err(|fault| format!("episode {index} {fault}"))?;
@@ -163,7 +184,18 @@ impl DatasetArrays {
             push_pose(&mut self.action_pose.data, &action.world_from_gripper);
             self.action_opening.data.push(action.opening as f32);
         }
-        Ok(())
+        match (&mut self.action_pose_alt, &episode.alternative) {
+            (None, None) => Ok(()),
+            (Some(array), Some(poses)) if poses.len() == steps => {
+                poses.iter().for_each(|pose| push_pose(&mut array.data, pose));
+                Ok(())
+            }
+            (Some(_), Some(poses)) => {
+                Err(format!("has {} alternative poses, expected T = {steps}", poses.len()))
+            }
+            (Some(_), None) => Err("has no alternative poses, unlike the first".to_owned()),
+            (None, Some(_)) => Err("has alternative poses, unlike the first".to_owned()),
+        }
     }
 }
 

@@ -57,6 +57,7 @@ impl Default for DatasetMeta {
                 ("points", "world, right-handed, z up"),
                 ("gripper_pose", "world_from_gripper, reached at the start of the action step"),
                 ("action_pose", "world_from_gripper, commanded for the end of the action step"),
+                ("action_pose_alt", "as action_pose, of another expert that is as good; not in every file"),
             ]),
             seeds: Vec::new(),
             attempts_dropped: 0,

@@ -51,6 +51,8 @@ pub struct DatasetSummary {
     pub action: PoseRange,
     /// The share of training targets that repeat the last action, at a horizon of T: (T − 1)/(2T).
     pub padded_share: f64,
+    /// Whether every episode holds the poses of another expert too.
+    pub has_alternative: bool,
     /// blake3 over the arrays, in hexadecimal.
     pub content_hash: String,
     /// How that compares with the provenance.
@@ -94,6 +96,7 @@ impl DatasetSummary {
             gripper: PoseRange::of(observations().map(|o| (&o.world_from_gripper, o.gripper_opening))),
             action: PoseRange::of(actions().map(|a| (&a.world_from_gripper, a.opening))),
             padded_share: padded_share(file),
+            has_alternative: dataset.episodes.iter().all(|episode| episode.alternative.is_some()),
             content_hash: file.content_hash.clone(),
             hash_check,
             meta: dataset.meta.clone(),

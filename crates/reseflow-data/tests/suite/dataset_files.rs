@@ -36,6 +36,36 @@ fn assert_same(left: &Dataset, right: &Dataset) {
     }
 }
 
+#[test]
+fn alternative_trajectories_are_read_back_and_part_of_the_hash() {
+    let folder = tempfile::tempdir().unwrap();
+    let (with, without) = (folder.path().join("with.npz"), folder.path().join("without.npz"));
+    let mut data = samples::dataset(5, 3, 4, 2);
+    data.write(&without).unwrap();
+    let other = samples::dataset(6, 3, 4, 2);
+    for (episode, other) in data.episodes.iter_mut().zip(&other.episodes) {
+        episode.alternative = Some(other.actions.iter().map(|action| action.world_from_gripper).collect());
+    }
+    data.write(&with).unwrap();
+    let (plain, read) = (DatasetFile::read(&without).unwrap(), DatasetFile::read(&with).unwrap());
+    assert!(plain.dataset.episodes.iter().all(|episode| episode.alternative.is_none()));
+    assert!(!DatasetSummary::of(&plain).has_alternative && DatasetSummary::of(&read).has_alternative);
+    assert_ne!(plain.content_hash, read.content_hash);
+    assert_same(&data, &read.dataset);
+    for (written, read) in data.episodes.iter().zip(&read.dataset.episodes) {
+        let (written, read) = (written.alternative.as_ref().unwrap(), read.alternative.as_ref().unwrap());
+        assert_eq!(read.len(), 4);
+        assert!(written.iter().zip(read).all(|(a, b)| samples::pose_error(a, b) < POSE_ROUNDING));
+    }
+
+    data.episodes[1].alternative = None;
+    let fault = data.write(&with).unwrap_err().to_string();
+    assert!(fault.contains("episode 1 has no alternative poses"), "{fault}");
+    data.episodes[1].alternative = Some(Vec::new());
+    let fault = data.write(&with).unwrap_err().to_string();
+    assert!(fault.contains("episode 1 has 0 alternative poses, expected T = 4"), "{fault}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
     #[test]

@@ -34,6 +34,7 @@ pub(crate) fn dataset(seed: u64, episodes: usize, steps: usize, points: usize) -
     let episodes = (0..episodes).map(|_| Episode {
         observations: (0..steps).map(|_| observation(&mut rng, points)).collect(),
         actions: (0..steps).map(|_| action(&mut rng)).collect(),
+        alternative: None,
     });
     Dataset { episodes: episodes.collect(), meta: None }
 }

@@ -116,7 +116,7 @@ mod tests {
             world_from_gripper: at(x_m).world_from_gripper,
             gripper_opening: 1.0,
         };
-        Episode { observations: vec![frame; 2], actions: vec![at(x_m); 2] }
+        Episode { observations: vec![frame; 2], actions: vec![at(x_m); 2], alternative: None }
     }
 
     impl SamplePolicy for Biased {

@@ -98,7 +98,11 @@ pub(super) mod tests {
         };
         let first = Observation { cloud, world_from_gripper: *world_from_gripper, gripper_opening: 1.0 };
         let world_from_gripper = *world_from_gripper * *gripper_from_action;
-        Episode { observations: vec![first], actions: vec![Action { world_from_gripper, opening: x_m }] }
+        Episode {
+            observations: vec![first],
+            actions: vec![Action { world_from_gripper, opening: x_m }],
+            alternative: None,
+        }
     }
 
     #[test]

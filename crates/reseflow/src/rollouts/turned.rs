@@ -92,6 +92,11 @@ impl Scene for TurnedScene {
         Box::new(TurnedPolicy { policy: self.scene.expert(), motion: self.motion })
     }
 
+    fn alternative(&self) -> Option<Vec<SE3>> {
+        let poses = self.scene.alternative()?;
+        Some(poses.into_iter().map(|pose| self.motion * pose).collect())
+    }
+
     fn disturb(&mut self, seed: u64) {
         self.scene.disturb(seed);
     }

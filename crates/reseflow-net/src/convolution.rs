@@ -11,7 +11,8 @@ use burn::tensor::{Device, Tensor};
 use rand::Rng;
 
 use crate::init::linear;
-use crate::{EdgeTensors, Features, cross, dot};
+use crate::message::fused;
+use crate::{EdgeTensors, Features};
 
 /// Sizes of a [`Convolution`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,28 +73,6 @@ impl Convolution {
         ]);
         let hidden = silu((hidden + at_receiver).reshape([count, channels])) * edges.weights.clone();
         let weights = self.paths.forward(hidden);
-        let path = |index: usize| weights.clone().narrow(1, index * channels, channels);
-        let gate = |index: usize| path(index).reshape([1, count, channels]);
-
-        let scalars = sources.scalars.clone().select(0, edges.sources.clone());
-        let directions = edges.directions.clone();
-        let (scalar_message, vector_message) = if self.source_vectors {
-            let vectors = sources.vectors.clone().select(1, edges.sources.clone());
-            let along = dot(vectors.clone(), directions.clone());
-            let across = cross(vectors.clone(), directions.clone());
-            (path(0) * scalars + path(2) * along, gate(1) * directions + gate(3) * vectors + gate(4) * across)
-        } else {
-            (path(0) * scalars, gate(1) * directions)
-        };
-        Features {
-            scalars: scalar_message
-                .reshape([receivers, per_receiver, channels])
-                .sum_dim(1)
-                .reshape([receivers, channels]),
-            vectors: vector_message
-                .reshape([3, receivers, per_receiver, channels])
-                .sum_dim(2)
-                .reshape([3, receivers, channels]),
-        }
+        fused(sources, weights, edges)
     }
 }

@@ -20,6 +20,7 @@ mod graph;
 mod heat_map;
 mod init;
 mod interaction;
+pub mod message;
 mod radial;
 mod scene_batch;
 mod tokens;

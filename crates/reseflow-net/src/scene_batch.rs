@@ -1,5 +1,7 @@
 //! Many clouds with their graphs as one flat batch of tensors.
 
+use std::sync::Arc;
+
 use burn::tensor::{Device, Int, Tensor, TensorData};
 
 use crate::tokens::{LENGTH_SCALE_M, gripper_vectors};
@@ -15,6 +17,8 @@ pub struct EdgeTensors {
     pub per_receiver: usize,
     /// Source rows, `[E]`.
     pub sources: Tensor<1, Int>,
+    /// The same on the host.
+    pub source_rows: Arc<[u32]>,
     /// r / √(‖r‖² + ε²), `[3, E, 1]`.
     pub directions: Tensor<3>,
     /// Radial basis of the edge length, `[E, R]`.
@@ -141,7 +145,7 @@ fn edge_tensors<'a>(
     let (mut first_source, mut per_receiver) = (0, 0);
     for (list, source_count) in lists {
         per_receiver = list.per_receiver;
-        sources.extend(list.sources.iter().map(|&source| (first_source + source) as i64));
+        sources.extend(list.sources.iter().map(|&source| (first_source + source) as u32));
         weights.extend_from_slice(&list.weights);
         for displacement in &list.displacement_m {
             let squared: f64 = displacement.iter().map(|value| value * value).sum();
@@ -154,7 +158,8 @@ fn edge_tensors<'a>(
     let edges = sources.len();
     EdgeTensors {
         per_receiver,
-        sources: indices(sources, device),
+        sources: indices(sources.iter().map(|&source| i64::from(source)).collect(), device),
+        source_rows: sources.into(),
         directions: component_first(&directions, device),
         radial: floats(radial, [edges, radial_basis.count], device),
         weights: floats(weights, [edges, 1], device),

@@ -15,10 +15,15 @@ mod refusals;
 use burn::tensor::FloatDType;
 use reseflow_net::DriftNetConfig;
 use support::scene::{Cloud, Scene};
-use support::{assert_small, devices, laws};
+use support::{assert_small, devices, laws, messages};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F32;
+
+#[test]
+fn the_message_kernel_equals_its_composed_form() {
+    messages::the_message_kernel_equals_its_composed_form(1e-5);
+}
 
 #[test]
 fn every_layer_turns_with_the_world() {

@@ -13,10 +13,15 @@ mod continuity;
 mod finite_differences;
 
 use burn::tensor::FloatDType;
-use support::laws;
+use support::{laws, messages};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F64;
+
+#[test]
+fn the_message_kernel_equals_its_composed_form() {
+    messages::the_message_kernel_equals_its_composed_form(1e-13);
+}
 
 #[test]
 fn every_layer_turns_with_the_world() {

@@ -14,9 +14,9 @@ use super::weights::shaken;
 use super::world::World;
 use super::{normals, rng, tensor, values};
 
-const GRAPH: GraphConfig = GraphConfig { centres: 12, point_neighbors: 8, centre_neighbors: 5 };
+pub(crate) const GRAPH: GraphConfig = GraphConfig { centres: 12, point_neighbors: 8, centre_neighbors: 5 };
 const RADIAL: RadialBasis = RadialBasis { count: 6, max_m: 0.3 };
-const CHANNELS: usize = 8;
+pub(crate) const CHANNELS: usize = 8;
 
 /// Noise on every weight, so that no bias is zero.
 const SHAKE: f64 = 0.1;
@@ -63,7 +63,7 @@ pub(crate) fn interaction_with_world_constant(
 }
 
 /// Two clouds in one batch, moved by `world`.
-fn batch(clouds: &[Cloud], world: &World, device: &Device) -> SceneBatch {
+pub(crate) fn batch(clouds: &[Cloud], world: &World, device: &Device) -> SceneBatch {
     let graphs: Vec<_> = clouds.iter().map(|cloud| cloud.moved(world).graph(&GRAPH)).collect();
     let mut rng = rng(17);
     let grippers: Vec<_> =
@@ -71,7 +71,7 @@ fn batch(clouds: &[Cloud], world: &World, device: &Device) -> SceneBatch {
     SceneBatch::collate(&graphs, &grippers, &RADIAL, &RADIAL, device).expect("the graphs have one size")
 }
 
-fn clouds(rng: &mut ChaCha8Rng) -> Vec<Cloud> {
+pub(crate) fn clouds(rng: &mut ChaCha8Rng) -> Vec<Cloud> {
     [40, 25].map(|count| Cloud::in_a_box(count, rng)).to_vec()
 }
 

@@ -6,6 +6,7 @@ pub(crate) mod features;
 pub(crate) mod gradients;
 pub(crate) mod laws;
 pub(crate) mod layers;
+pub(crate) mod messages;
 pub(crate) mod scene;
 pub(crate) mod trajectory;
 pub(crate) mod weights;

@@ -82,9 +82,10 @@ fn demonstrate(
         let key = EpisodeKey { task: name.clone(), split: request.split, seed: request.seed, index, attempt };
         let mut scene = task.reset(&key)?;
         let mut expert = scene.expert();
+        let alternative = scene.alternative();
         let record = run_open_loop(task, scene.as_mut(), expert.as_mut())?;
         if record.outcome.success {
-            return Ok((key, record.episode));
+            return Ok((key, Episode { alternative, ..record.episode }));
         }
     }
     let attempts = request.max_attempts;

@@ -9,11 +9,19 @@ use reseflow_data::Task;
 use crate::camera::CameraSettings;
 use crate::world::settings::PhysicsSettings;
 use door::DoorTask;
-use triangle::TriangleTask;
+use triangle::{TriangleGoal, TriangleTask};
 
 /// The names of all tasks.
 pub fn tasks() -> &'static [&'static str] {
-    &[door::NAME, triangle::NAME]
+    const {
+        &[
+            door::NAME,
+            TriangleGoal::Quarter.task_name(),
+            TriangleGoal::Sixth.task_name(),
+            TriangleGoal::Third.task_name(),
+            TriangleGoal::CoinToss.task_name(),
+        ]
+    }
 }
 
 /// The task with its default settings; `None` where no task has that name.
@@ -27,9 +35,9 @@ pub fn configured_task(
     physics: PhysicsSettings,
     camera: CameraSettings,
 ) -> Option<Box<dyn Task>> {
-    match name {
-        door::NAME => Some(Box::new(DoorTask { physics, camera })),
-        triangle::NAME => Some(Box::new(TriangleTask { physics, camera })),
-        _ => None,
+    if name == door::NAME {
+        return Some(Box::new(DoorTask { physics, camera }));
     }
+    let goal = TriangleGoal::ALL.into_iter().find(|goal| goal.task_name() == name)?;
+    Some(Box::new(TriangleTask { goal, physics, camera }))
 }

@@ -103,6 +103,23 @@ pub(crate) fn drawn_parts(gripper: &Gripper) -> [(&'static str, RigidBodyHandle,
     ]
 }
 
+/// The corners of palm and open fingers, gripper frame, metres: what must be clear of everything at a start.
+pub(crate) fn corners() -> impl Iterator<Item = Vector3<f64>> {
+    let finger_y = 0.5 * MAX_GAP_M + FINGER_HALF_M[1];
+    let boxes = [
+        (0.0, PALM_CENTER_Z_M, PALM_HALF_M),
+        (finger_y, FINGER_CENTER_Z_M, FINGER_HALF_M),
+        (-finger_y, FINGER_CENTER_Z_M, FINGER_HALF_M),
+    ];
+    let signs = |corner: usize| [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 });
+    boxes.into_iter().flat_map(move |(y, z, half)| {
+        (0..8).map(move |corner| {
+            let sign = signs(corner);
+            Vector3::new(sign[0] * half[0], y + sign[1] * half[1], z + sign[2] * half[2])
+        })
+    })
+}
+
 /// Builds a gripper, open, at `world_from_gripper`.
 pub(crate) fn insert(
     physics: &mut PhysicsWorld,

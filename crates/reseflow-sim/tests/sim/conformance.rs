@@ -177,7 +177,7 @@ fn a_push_changes_the_episode_and_is_survived() {
             let key = key(&name, Split::Test, 4, index);
             let pushed = run_observed(task, &key, None, Some(1), &mut IgnoreEvents);
             assert_eq!(pushed.outcome.halt, None);
-            assert_ne!(pushed.outcome.measure, run(task, &key, None).outcome.measure);
+            assert_ne!(pushed.episode.observations, run(task, &key, None).episode.observations);
         }
     });
 }

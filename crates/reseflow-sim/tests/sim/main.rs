@@ -8,3 +8,4 @@ mod door;
 mod halts;
 mod physics;
 mod support;
+mod triangle;

@@ -18,8 +18,10 @@ const NOMINAL_PLACE_M: [f64; 2] = [-0.15, 0.0];
 const HANDLE_HEIGHT_SHARE: [f64; 2] = [0.38, 0.62];
 /// The middle of the gripper's start poses, metres.
 const HOME_M: [f64; 3] = [0.30, 0.0, 0.18];
-/// How far before the cabinet's front every part of the gripper's tips starts, metres.
+/// How far before the cabinet's front every part of the gripper starts, metres.
 const START_CLEARANCE_M: f64 = 0.08;
+/// How far over the table every part of the gripper starts, metres.
+const TABLE_CLEARANCE_M: f64 = 0.01;
 /// Commands of the expert keep within this of the table's middle on both axes, metres.
 const EXPERT_REACH_M: f64 = 0.48;
 /// Draws before a setup is given up.
@@ -128,10 +130,10 @@ impl DoorSetup {
             let corner = world_from_cabinet.act(&Vector3::new(0.5 * x * depth, 0.5 * y * width, 0.0));
             corner.x.abs().max(corner.y.abs()) <= TABLE_HALF_M
         });
-        let cabinet_from_gripper = world_from_cabinet.inverse() * self.world_from_gripper;
-        let starts_before_it = [1.0, -1.0].into_iter().all(|side| {
-            let tip = Vector3::new(0.0, side * 0.6 * gripper::MAX_GAP_M, gripper::TIP_BEYOND_ORIGIN_M);
-            cabinet_from_gripper.act(&tip).x >= 0.5 * depth + START_CLEARANCE_M
+        let starts_before_it = gripper::corners().all(|corner| {
+            let corner = self.world_from_gripper.act(&corner);
+            let before = world_from_cabinet.inverse().act(&corner).x;
+            corner.z >= TABLE_CLEARANCE_M && before >= 0.5 * depth + START_CLEARANCE_M
         });
         let in_reach = expert::commands(self).iter().all(|action| {
             let at = action.world_from_gripper.translation;

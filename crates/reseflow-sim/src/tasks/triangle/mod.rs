@@ -1,10 +1,12 @@
-//! Rotating triangle: grasp a flat triangular prism, one corner coloured, and turn it by π/2 about its centre.
+//! Rotating triangle: grasp a flat triangular prism, one corner coloured, and turn it about its centre.
 //!
-//! One pad lies on the coloured corner's edge, the other flat on the face opposite; friction holds. Counter-clockwise
-//! seen from above. Done when the prism has turned by π/2 ± 0.1 rad about the vertical, its centre is within 3 cm of where
-//! it was, and it is not tipped over (0.3 rad: held between the pads it tilts with the gripper).
+//! One pad lies on the coloured corner's edge, the other flat on the face opposite; friction holds. Done when the prism
+//! has turned about the vertical by the goal ± 0.1 rad, counter-clockwise seen from above, its centre is within 3 cm of where
+//! it was, and it is not tipped over (0.3 rad: held between the pads it tilts with the gripper). Each goal is a task of its
+//! own; `coin_toss` is done by a quarter turn to either side.
 
 mod expert;
+mod goal;
 mod scene;
 mod setup;
 
@@ -15,16 +17,17 @@ use crate::tabletop;
 use crate::world::settings::PhysicsSettings;
 use scene::TriangleScene;
 
+pub use goal::TriangleGoal;
 pub use setup::TriangleSetup;
 
-/// The registered name.
-pub(crate) const NAME: &str = "triangle";
 /// Points per cloud, the paper's.
 const POINTS: usize = 100;
 
 /// The rotating-triangle task.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TriangleTask {
+    /// How far to turn.
+    pub goal: TriangleGoal,
     /// How the world is simulated.
     pub physics: PhysicsSettings,
     /// How frames are made.
@@ -32,7 +35,7 @@ pub struct TriangleTask {
 }
 
 impl TriangleTask {
-    /// The scene of a given setup; `key` names the camera's noise.
+    /// The scene of a given setup; `key` names the camera's noise and the coin.
     ///
     /// # Errors
     /// When the triangle has no volume.
@@ -43,9 +46,12 @@ impl TriangleTask {
 
 impl Task for TriangleTask {
     fn spec(&self) -> TaskSpec {
-        let description = "Grasp the flat triangle with one pad on its coloured corner and turn it by a quarter turn \
-                           counter-clockwise, to 0.1 rad, its centre kept within 3 cm.";
-        tabletop::spec(NAME, description, POINTS)
+        let description = format!(
+            "Grasp the flat triangle with one pad on its coloured corner and turn it {}, to 0.1 rad, its centre kept \
+             within 3 cm.",
+            self.goal.wording()
+        );
+        tabletop::spec(self.goal.task_name(), &description, POINTS)
     }
 
     fn reset(&self, key: &EpisodeKey) -> Result<Box<dyn Scene>, TaskError> {

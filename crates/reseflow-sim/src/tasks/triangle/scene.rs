@@ -1,6 +1,6 @@
 //! A running triangle scene: the prism, its measure, its judge.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -13,7 +13,7 @@ use reseflow_data::{
 use reseflow_lie::{SE3, SO3};
 
 use super::setup::TriangleSetup;
-use super::{NAME, POINTS, TriangleTask, expert};
+use super::{POINTS, TriangleGoal, TriangleTask, expert};
 use crate::convert::point3;
 use crate::mesh::prism;
 use crate::scripted::Scripted;
@@ -27,8 +27,6 @@ const FRICTION: f32 = 0.4;
 /// The coloured corner takes up this share of the median through it.
 const CORNER_SHARE: f64 = 0.45;
 
-const GOAL_RAD: f64 = FRAC_PI_2;
-const GOAL_TOLERANCE_RAD: f64 = 0.1;
 const GOAL_TOLERANCE_M: f64 = 0.03;
 /// Held between the pads the prism tilts with the gripper; beyond this it counts as tipped over.
 const TILT_LIMIT_RAD: f64 = 0.3;
@@ -37,6 +35,9 @@ const TILT_LIMIT_RAD: f64 = 0.3;
 pub(super) struct TriangleScene {
     table: Tabletop,
     setup: TriangleSetup,
+    goal: TriangleGoal,
+    /// The expert's turn, radians.
+    turn_rad: f64,
     triangle: Object,
     start: SE3,
 }
@@ -47,8 +48,11 @@ impl TriangleScene {
         setup: TriangleSetup,
         key: &EpisodeKey,
     ) -> Result<Self, TaskError> {
-        let fault =
-            |reason: &str| TaskError { task: NAME.to_owned(), index: key.index, reason: reason.to_owned() };
+        let fault = |reason: &str| TaskError {
+            task: task.goal.task_name().to_owned(),
+            index: key.index,
+            reason: reason.to_owned(),
+        };
         let mut world = World::new(task.physics, &setup.world_from_gripper, setup.table_color);
         let radius = setup.circumradius_m();
         let half = 0.5 * setup.side_m;
@@ -80,15 +84,15 @@ impl TriangleScene {
         world.add_object_part("triangle_corner", triangle, corner, setup.corner_color);
 
         let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), POINTS);
-        Ok(Self { table, setup, triangle, start })
+        Ok(Self { table, setup, goal: task.goal, turn_rad: task.goal.turn_rad(key), triangle, start })
     }
 }
 
-/// How far the prism's yaw is from its start, rad in (−π/2, 3π/2\] so that the goal lies in the middle.
-fn turned_rad(world: &World, triangle: Object, start: &SE3) -> f64 {
+/// How far the prism's yaw is from its start, radians, on the goal's branch.
+fn turned_rad(world: &World, triangle: Object, start: &SE3, goal: TriangleGoal) -> f64 {
     let now = world.world_from_object(triangle);
     let corner = start.rotation.inverse().act(&now.rotation.act(&Vector3::x()));
-    (corner.y.atan2(corner.x) + FRAC_PI_2).rem_euclid(TAU) - FRAC_PI_2
+    goal.branch(corner.y.atan2(corner.x))
 }
 
 impl Scene for TriangleScene {
@@ -97,8 +101,8 @@ impl Scene for TriangleScene {
     }
 
     fn tick(&mut self, command: &Action) -> Result<Tick, Halt> {
-        let (triangle, start) = (self.triangle, self.start);
-        self.table.tick(command, |world| turned_rad(world, triangle, &start))
+        let (triangle, start, goal) = (self.triangle, self.start, self.goal);
+        self.table.tick(command, |world| turned_rad(world, triangle, &start, goal))
     }
 
     fn bodies(&self) -> Vec<SceneBody> {
@@ -107,19 +111,24 @@ impl Scene for TriangleScene {
 
     fn judge(&mut self) -> Outcome {
         let halt = self.table.hold_still();
-        let measure = turned_rad(&self.table.world, self.triangle, &self.start);
+        let measure = turned_rad(&self.table.world, self.triangle, &self.start, self.goal);
         let now = self.table.world.world_from_object(self.triangle);
         // A prism that stands on a side face has not been turned, whatever its yaw.
         let tilt_rad = now.rotation.act(&Vector3::z()).angle(&Vector3::z());
         let off_m = (now.translation - self.start.translation).norm();
-        let reached = (measure - GOAL_RAD).abs() <= GOAL_TOLERANCE_RAD
-            && off_m <= GOAL_TOLERANCE_M
-            && tilt_rad <= TILT_LIMIT_RAD;
+        let reached =
+            self.goal.is_reached(measure) && off_m <= GOAL_TOLERANCE_M && tilt_rad <= TILT_LIMIT_RAD;
         Outcome { success: halt.is_none() && reached, measure, measure_name: "turned_rad".to_owned(), halt }
     }
 
     fn expert(&self) -> Box<dyn Policy> {
-        Box::new(Scripted::new("expert", expert::commands(&self.setup)))
+        Box::new(Scripted::new("expert", expert::commands(&self.setup, self.turn_rad)))
+    }
+
+    fn alternative(&self) -> Option<Vec<SE3>> {
+        let turn_rad = self.goal.other_turn_rad(self.turn_rad)?;
+        let commands = expert::commands(&self.setup, turn_rad);
+        Some(commands.into_iter().map(|command| command.world_from_gripper).collect())
     }
 
     fn disturb(&mut self, seed: u64) {

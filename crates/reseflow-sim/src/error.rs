@@ -25,6 +25,14 @@ pub enum SimError {
         /// Attempts allowed.
         allowed: u32,
     },
+    /// A file of the stroke library is not as it must be.
+    #[error("stroke file {file}: {reason}")]
+    StrokeFile {
+        /// The file's name.
+        file: String,
+        /// Which stroke, what was expected and what was got.
+        reason: String,
+    },
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {reason}")]
     Threads {

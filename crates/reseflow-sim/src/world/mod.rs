@@ -1,5 +1,6 @@
 //! The physical world: table, gripper, what a task puts there, and one control tick of time.
 
+pub(crate) mod brush;
 mod carriage;
 mod contacts;
 pub mod gripper;
@@ -17,6 +18,7 @@ use reseflow_lie::SE3;
 
 use crate::convert::{pose_from_se3, se3_from_pose, vec3};
 use crate::mesh::ray_shape;
+use brush::Brush;
 use gripper::Gripper;
 use settings::PhysicsSettings;
 
@@ -73,6 +75,7 @@ pub(crate) struct World {
     physics: PhysicsWorld,
     settings: PhysicsSettings,
     gripper: Gripper,
+    brush: Option<Brush>,
     parts: Vec<Part>,
     body_names: Vec<String>,
     objects: Vec<RigidBodyHandle>,
@@ -99,6 +102,7 @@ impl World {
             physics,
             settings,
             gripper,
+            brush: None,
             parts: Vec::new(),
             body_names: Vec::new(),
             objects: Vec::new(),
@@ -234,6 +238,9 @@ impl World {
                 now.opening,
                 opening_rate,
             );
+            if let Some(brush) = &mut self.brush {
+                brush.add_forces(&mut self.physics, &self.objects);
+            }
             self.physics.step();
         }
         let snapshot = self.take_snapshot().ok_or(Halt::Diverged)?;
@@ -242,6 +249,9 @@ impl World {
         }
         self.snapshot = snapshot;
         self.command = *command;
+        if let Some(brush) = &mut self.brush {
+            brush.end_tick(&self.physics, &self.objects);
+        }
         Ok(())
     }
 
@@ -292,9 +302,10 @@ impl World {
 
     /// What touches what.
     pub(crate) fn contacts(&self) -> Vec<Contact> {
-        contacts::report(&self.physics, |index| {
-            self.body_names.get(index as usize).cloned().unwrap_or_default()
-        })
+        let name_of = |index: u128| self.body_names.get(index as usize).cloned().unwrap_or_default();
+        let mut contacts = contacts::report(&self.physics, name_of);
+        contacts.extend(self.brush_contact(name_of));
+        contacts
     }
 
     /// An object's pose.

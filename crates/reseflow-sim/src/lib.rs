@@ -33,6 +33,7 @@ pub use generate::{GenerateRequest, Generated, generate};
 pub use render::{RgbPicture, overview_camera, render};
 pub use scripted::{Scripted, Still};
 pub use tasks::door::{DoorSetup, DoorTask, HingeSide};
+pub use tasks::painting::{PaintingSetup, PaintingTask, Stroke};
 pub use tasks::triangle::{TriangleGoal, TriangleSetup, TriangleTask};
 pub use tasks::{configured_task, task, tasks};
 pub use world::gripper;

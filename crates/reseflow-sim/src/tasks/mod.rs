@@ -2,6 +2,7 @@
 
 pub(crate) mod door;
 mod draws;
+pub(crate) mod painting;
 pub(crate) mod triangle;
 
 use reseflow_data::Task;
@@ -9,6 +10,7 @@ use reseflow_data::Task;
 use crate::camera::CameraSettings;
 use crate::world::settings::PhysicsSettings;
 use door::DoorTask;
+use painting::PaintingTask;
 use triangle::{TriangleGoal, TriangleTask};
 
 /// The names of all tasks.
@@ -16,6 +18,7 @@ pub fn tasks() -> &'static [&'static str] {
     const {
         &[
             door::NAME,
+            painting::NAME,
             TriangleGoal::Quarter.task_name(),
             TriangleGoal::Sixth.task_name(),
             TriangleGoal::Third.task_name(),
@@ -37,6 +40,9 @@ pub fn configured_task(
 ) -> Option<Box<dyn Task>> {
     if name == door::NAME {
         return Some(Box::new(DoorTask { physics, camera }));
+    }
+    if name == painting::NAME {
+        return Some(Box::new(PaintingTask { physics, camera }));
     }
     let goal = TriangleGoal::ALL.into_iter().find(|goal| goal.task_name() == name)?;
     Some(Box::new(TriangleTask { goal, physics, camera }))

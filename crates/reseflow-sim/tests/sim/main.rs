@@ -6,6 +6,7 @@ mod conformance;
 mod determinism;
 mod door;
 mod halts;
+mod painting;
 mod physics;
 mod support;
 mod triangle;

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use reseflow_data::{ActionChunk, Dataset, Observation, Window};
-use reseflow_flow::{EndpointTargets, LossParts, NodeTargets, ScrewPath, endpoint_loss};
+use reseflow_flow::{EndpointTargets, LossContext, LossParts, NodeTargets, PriorFrame, endpoint_loss};
 use reseflow_net::{CloudGraph, DriftNet, HeatMap, TokenBatch};
 
 use crate::convert::{graph, token, tokens};
@@ -22,7 +22,7 @@ pub(crate) fn shard_loss(
 ) -> Result<LossParts, TrainError> {
     let decoder = &model.network.decoder;
     let count = train.batch_size / train.shards;
-    let (mut frames, mut states, mut trajectories, mut targets, mut weights, mut times) =
+    let (mut frames, mut states, mut noisy, mut targets, mut weights, mut times) =
         (vec![Vec::new(); decoder.frames], Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for _ in 0..count {
         let window = draw_window(data, train, rng);
@@ -38,10 +38,9 @@ pub(crate) fn shard_loss(
         let latest = observed[observed.len() - 1];
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
         let clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-        let noise =
-            model.prior.sample(&latest.world_from_gripper, latest.gripper_opening, decoder.horizon, rng);
+        let noise = model.prior.sample(&PriorFrame::of(latest), decoder.horizon, rng);
         let t = train.time.sample(rng);
-        trajectories.push(tokens(&ScrewPath.at(&noise, &clean, t)));
+        noisy.push(model.path.at(&noise, &clean, t)?);
         times.push(t);
         weights.extend(wanted.iter().map(|target| target.weight()));
         targets.push(clean);
@@ -53,6 +52,7 @@ pub(crate) fn shard_loss(
     let encoded: Result<Vec<_>, _> = frames.iter().enumerate().map(encode).collect();
     let encoded = encoded?;
     let context = net.context(&encoded, &states)?;
+    let trajectories: Vec<_> = noisy.iter().map(tokens).collect();
     let batch = TokenBatch::new(&trajectories, &times, &context.origins_m, device)?;
     let prediction = net.decode(&context, &batch)?;
     let overlap = match encoded.last() {
@@ -60,6 +60,12 @@ pub(crate) fn shard_loss(
         None => Tensor::zeros([1], device),
     };
     let actions = weights.len();
+    let judged = LossContext {
+        path: model.path,
+        states: target_tensors(&noisy, &context.origins_m, device),
+        weights: Tensor::from_data(TensorData::new(weights, [actions]), device),
+        overlap,
+    };
     Ok(endpoint_loss(
         &EndpointTargets {
             rotations: prediction.rotations,
@@ -68,8 +74,7 @@ pub(crate) fn shard_loss(
         },
         &NodeTargets { rotations: prediction.node_rotations, positions_m: prediction.node_positions_m },
         &target_tensors(&targets, &context.origins_m, device),
-        Tensor::from_data(TensorData::new(weights, [actions]), device),
-        overlap,
+        &judged,
         &train.objective,
     ))
 }

@@ -1,6 +1,6 @@
 //! What a policy is made of and how it is trained.
 
-use reseflow_flow::{GripperPrior, ObjectiveConfig, TimeSampling};
+use reseflow_flow::{ObjectiveConfig, Path, Prior, TimeSampling};
 use reseflow_net::DriftNetConfig;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,9 @@ pub struct ModelConfig {
     /// The drift network.
     pub network: DriftNetConfig,
     /// The noise.
-    pub prior: GripperPrior,
+    pub prior: Prior,
+    /// The geodesic from noise to data.
+    pub path: Path,
 }
 
 impl ModelConfig {
@@ -132,9 +134,6 @@ impl TrainConfig {
             ("ema_decay", self.ema_decay, 0.0, 1.0),
             ("first_window_share", self.first_window_share, 0.0, 1.0),
             ("jitter_m", self.jitter_m, 0.0, 1.0),
-            ("objective.nodes", self.objective.nodes, 0.0, 1e6),
-            ("objective.opening", self.objective.opening, 0.0, 1e6),
-            ("objective.overlap", self.objective.overlap, 0.0, 1e6),
         ] {
             if !(low..=high).contains(&value) {
                 return Err(TrainError::Config(format!(
@@ -142,7 +141,8 @@ impl TrainConfig {
                 )));
             }
         }
-        Ok(self.time.validate()?)
+        self.time.validate()?;
+        Ok(self.objective.validate()?)
     }
 
     /// The learning rate of `update`, from 0: linear warm-up, then a cosine to zero.

@@ -6,7 +6,7 @@ use burn::tensor::Device;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reseflow_data::{ActionChunk, Observation, ObservationHistory, Plan, Policy, PolicyError};
-use reseflow_flow::integrate_euler;
+use reseflow_flow::{Flow, PriorFrame, Solver, integrate};
 use reseflow_lie::geodesic_distance;
 use reseflow_net::DriftNet;
 
@@ -84,7 +84,9 @@ impl FlowPolicy {
                 .iter()
                 .enumerate()
                 .map(|(stream, history)| self.noise(history, seed, stream as u64));
-            let states = integrate_euler(&mut field, noise.collect(), steps)?.states;
+            let mut flow = Flow::Endpoint(&mut field);
+            let solver = Solver::Euler { steps };
+            let states = integrate(&mut flow, self.config.path, noise.collect(), &solver)?.states;
             let Some(last) = field.last.take() else { continue };
             for (scene, state) in states.into_iter().enumerate() {
                 samples[scene].push(sample(state, &last, scene));
@@ -96,9 +98,8 @@ impl FlowPolicy {
     fn noise(&self, history: &ObservationHistory, seed: u64, stream: u64) -> ActionChunk {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream);
-        let latest = history.latest();
         let horizon = self.config.network.decoder.horizon;
-        self.config.prior.sample(&latest.world_from_gripper, latest.gripper_opening, horizon, &mut rng)
+        self.config.prior.sample(&PriorFrame::of(history.latest()), horizon, &mut rng)
     }
 }
 

@@ -1,15 +1,30 @@
 //! The laws of the flow: where noise comes from, how it travels, how a field is integrated, and what the objective asks.
 
+// All of this binary is test code; clippy's own exception for tests covers only the functions marked #[test].
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout)]
+
+mod adaptive;
+mod answers;
+mod config;
+mod coupling;
+mod fixed;
+mod haar;
+mod known;
 mod objective;
+mod order;
 mod path;
 mod prior;
-mod solver;
+mod straightness;
 mod time;
+mod twist_objective;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{Action, ActionChunk};
+use reseflow_flow::Path;
 use reseflow_lie::{SE3, SO3, Vector3, geodesic_distance};
+
+const PATHS: [Path; 2] = [Path::Screw, Path::Product];
 
 fn rng(stream: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(stream)

@@ -4,13 +4,14 @@ use burn::tensor::{DType, Device, Tensor, TensorData};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_flow::{
-    EndpointTargets, LENGTH_SCALE_M, LossParts, NodeTargets, ObjectiveConfig, endpoint_loss,
+    EndpointTargets, FlowError, LENGTH_SCALE_M, LossContext, LossParts, NodeTargets, ObjectiveConfig, Path,
+    PoseError, endpoint_loss,
 };
 use reseflow_lie::{BodyTwist, SE3, Vector3, geodesic_distance};
 
 use crate::{pose, rng};
 
-fn devices() -> [Device; 2] {
+pub(crate) fn devices() -> [Device; 2] {
     [Device::flex(), ndarray()]
 }
 
@@ -19,11 +20,11 @@ fn ndarray() -> Device {
     Device::ndarray()
 }
 
-fn tensor<const D: usize>(values: Vec<f64>, shape: [usize; D], device: &Device) -> Tensor<D> {
+pub(crate) fn tensor<const D: usize>(values: Vec<f64>, shape: [usize; D], device: &Device) -> Tensor<D> {
     Tensor::from_data(TensorData::new(values, shape), (device, DType::F64))
 }
 
-fn rotations(poses: &[SE3], device: &Device) -> Tensor<3> {
+pub(crate) fn rotations(poses: &[SE3], device: &Device) -> Tensor<3> {
     let rows = poses.iter().flat_map(|pose| {
         let matrix = pose.rotation.matrix().transpose();
         matrix.iter().copied().collect::<Vec<_>>()
@@ -38,17 +39,17 @@ fn positions(poses: &[SE3], device: &Device) -> Tensor<2> {
 
 /// N actions with K nodes each, predicted and wanted.
 #[derive(Clone)]
-struct Batch {
-    predicted: Vec<(SE3, f64)>,
+pub(crate) struct Batch {
+    pub(crate) predicted: Vec<(SE3, f64)>,
     /// `[N·K]`.
-    nodes: Vec<SE3>,
-    targets: Vec<(SE3, f64)>,
-    weights: Vec<f64>,
-    overlap: f64,
+    pub(crate) nodes: Vec<SE3>,
+    pub(crate) targets: Vec<(SE3, f64)>,
+    pub(crate) weights: Vec<f64>,
+    pub(crate) overlap: f64,
 }
 
 impl Batch {
-    fn random(actions: usize, nodes: usize, rng: &mut ChaCha8Rng) -> Batch {
+    pub(crate) fn random(actions: usize, nodes: usize, rng: &mut ChaCha8Rng) -> Batch {
         Batch {
             predicted: (0..actions).map(|_| (pose(rng), rng.random())).collect(),
             nodes: (0..actions * nodes).map(|_| pose(rng)).collect(),
@@ -69,30 +70,43 @@ impl Batch {
         config: &ObjectiveConfig,
         device: &Device,
     ) -> LossParts {
-        let weights = tensor(self.weights.clone(), [self.weights.len()], device);
-        let overlap = tensor(vec![self.overlap], [1], device);
-        endpoint_loss(predicted, nodes, &actions(&self.targets, device), weights, overlap, config)
+        let context = self.context(Path::Screw, &self.targets, device);
+        endpoint_loss(predicted, nodes, &actions(&self.targets, device), &context, config)
     }
 
-    fn predicted_tensors(&self, device: &Device) -> EndpointTargets {
+    /// What the batch is judged by, where the network was shown `states`.
+    pub(crate) fn context(&self, path: Path, states: &[(SE3, f64)], device: &Device) -> LossContext {
+        LossContext {
+            path,
+            states: actions(states, device),
+            weights: tensor(self.weights.clone(), [self.weights.len()], device),
+            overlap: tensor(vec![self.overlap], [1], device),
+        }
+    }
+
+    pub(crate) fn predicted_tensors(&self, device: &Device) -> EndpointTargets {
         actions(&self.predicted, device)
     }
 
-    fn node_tensors(&self, device: &Device) -> NodeTargets {
+    pub(crate) fn node_tensors(&self, device: &Device) -> NodeTargets {
         NodeTargets { rotations: rotations(&self.nodes, device), positions_m: positions(&self.nodes, device) }
     }
 
-    /// The total and its consensus part, by hand.
-    fn oracle(&self, config: &ObjectiveConfig) -> [f64; 2] {
+    /// The total and its consensus part, by hand, from the squared error of an action's predicted pose.
+    pub(crate) fn oracle(&self, config: &ObjectiveConfig, squared: impl Fn(&SE3, usize) -> f64) -> [f64; 2] {
+        let error = |pose: &SE3, row: usize| match config.pseudo_huber {
+            Some(c) => 2.0 * c * ((squared(pose, row) + c * c).sqrt() - c),
+            None => squared(pose, row),
+        };
         let all: f64 = self.weights.iter().sum();
         let per_action = self.nodes.len() / self.predicted.len();
         let (mut consensus, mut nodes, mut opening) = (0.0, 0.0, 0.0);
-        for (row, (target, wanted_opening)) in self.targets.iter().enumerate() {
+        for (row, (_, wanted_opening)) in self.targets.iter().enumerate() {
             let share = self.weights[row] / all;
-            consensus += share * pose_error(&self.predicted[row].0, target);
+            consensus += share * error(&self.predicted[row].0, row);
             opening += share * (self.predicted[row].1 - wanted_opening).powi(2);
             for node in &self.nodes[row * per_action..(row + 1) * per_action] {
-                nodes += share * pose_error(node, target) / per_action as f64;
+                nodes += share * error(node, row) / per_action as f64;
             }
         }
         let total = consensus + config.nodes * nodes + config.opening * opening;
@@ -106,7 +120,7 @@ fn pose_error(predicted: &SE3, target: &SE3) -> f64 {
     4.0 * (apart.rotation_rad / 2.0).sin().powi(2) + (apart.translation_m / LENGTH_SCALE_M).powi(2)
 }
 
-fn actions(actions: &[(SE3, f64)], device: &Device) -> EndpointTargets {
+pub(crate) fn actions(actions: &[(SE3, f64)], device: &Device) -> EndpointTargets {
     let poses: Vec<_> = actions.iter().map(|action| action.0).collect();
     EndpointTargets {
         rotations: rotations(&poses, device),
@@ -115,11 +129,13 @@ fn actions(actions: &[(SE3, f64)], device: &Device) -> EndpointTargets {
     }
 }
 
-fn number(tensor: &Tensor<1>) -> f64 {
+pub(crate) fn number(tensor: &Tensor<1>) -> f64 {
     tensor.clone().into_scalar::<f64>()
 }
 
-const WEIGHTS: ObjectiveConfig = ObjectiveConfig { nodes: 0.7, opening: 0.4, overlap: 0.2 };
+pub(crate) const WEIGHTS: ObjectiveConfig =
+    ObjectiveConfig { error: PoseError::Chordal, pseudo_huber: None, nodes: 0.7, opening: 0.4, overlap: 0.2 };
+const ROBUST: ObjectiveConfig = ObjectiveConfig { pseudo_huber: Some(0.3), ..WEIGHTS };
 
 #[test]
 fn the_objective_is_what_it_says() {
@@ -127,9 +143,10 @@ fn the_objective_is_what_it_says() {
     for device in devices() {
         for (actions, nodes) in [(1, 1), (7, 4), (20, 3)] {
             let batch = Batch::random(actions, nodes, &mut rng);
-            for config in [ObjectiveConfig::default(), WEIGHTS] {
+            for config in [ObjectiveConfig::default(), WEIGHTS, ROBUST] {
                 let loss = batch.loss(&config, &device);
-                let [total, consensus] = batch.oracle(&config);
+                let to_target = |pose: &SE3, row: usize| pose_error(pose, &batch.targets[row].0);
+                let [total, consensus] = batch.oracle(&config, to_target);
                 assert!((number(&loss.total) - total).abs() < 1e-12 * total, "{total}");
                 assert!((number(&loss.consensus) - consensus).abs() < 1e-12 * consensus, "{consensus}");
             }
@@ -247,5 +264,60 @@ fn an_action_without_weight_does_not_count_and_only_ratios_matter() {
             rows[5] / rows[0]
         };
         assert!((pull(0.1) / pull(1.0) - 0.1).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn pseudo_huber_is_the_square_of_small_errors_and_in_proportion_to_large_ones() {
+    let [device, _] = devices();
+    let mut batch = Batch::random(1, 1, &mut rng(46));
+    let mut loss = |metres: f64, c: f64| {
+        let offset = BodyTwist::new(Vector3::zeros(), Vector3::new(metres, 0.0, 0.0));
+        batch.predicted[0].0 = batch.targets[0].0.plus(&offset);
+        number(&batch.loss(&ObjectiveConfig { pseudo_huber: Some(c), ..WEIGHTS }, &device).consensus)
+    };
+    let error = |metres: f64| metres / LENGTH_SCALE_M;
+    assert!((loss(1e-4, 1.0) / error(1e-4).powi(2) - 1.0).abs() < 1e-6);
+    let slope = (loss(300.0, 0.2) - loss(200.0, 0.2)) / (error(300.0) - error(200.0));
+    assert!((slope - 0.4).abs() < 1e-6, "2c, not {slope}");
+}
+
+#[test]
+fn a_batch_in_which_nothing_counts_costs_its_overlap_and_pulls_nowhere() {
+    for device in devices() {
+        let mut batch = Batch::random(4, 2, &mut rng(47));
+        batch.weights = vec![0.0; 4];
+        let tracked = device.autodiff();
+        let mut predicted = batch.predicted_tensors(&tracked);
+        predicted.positions_m = predicted.positions_m.require_grad();
+        let loss = batch.loss_of(&predicted, &batch.node_tensors(&tracked), &WEIGHTS, &tracked);
+        assert_eq!(number(&loss.consensus), 0.0);
+        assert!((number(&loss.total) - WEIGHTS.overlap * batch.overlap).abs() < 1e-15);
+        let gradients = loss.total.backward();
+        let pull = predicted.positions_m.grad(&gradients).expect("the positions are tracked");
+        assert_eq!(number(&pull.abs().max()), 0.0);
+    }
+}
+
+#[test]
+fn a_weight_or_a_scale_that_makes_no_sense_is_named() {
+    type Spoil = fn(&mut ObjectiveConfig, f64);
+    let cases: [(&str, Spoil, &[f64]); 4] = [
+        ("nodes", |config, value| config.nodes = value, &[-0.5, f64::NAN, f64::INFINITY]),
+        ("opening", |config, value| config.opening = value, &[-0.5, f64::NAN, f64::INFINITY]),
+        ("overlap", |config, value| config.overlap = value, &[-0.5, f64::NAN, f64::INFINITY]),
+        ("pseudo_huber", |config, value| config.pseudo_huber = Some(value), &[0.0, -1.0, f64::NAN]),
+    ];
+    assert_eq!(ROBUST.validate(), Ok(()));
+    for (key, spoil, values) in cases {
+        for &value in values {
+            let mut config = ObjectiveConfig::default();
+            spoil(&mut config, value);
+            let Err(FlowError::Config(text)) = config.validate() else { panic!("{key} = {value} is taken") };
+            assert!(
+                text.contains(&format!("objective.{key}")) && text.contains(&value.to_string()),
+                "{text}"
+            );
+        }
     }
 }

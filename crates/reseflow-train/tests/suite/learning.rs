@@ -16,7 +16,7 @@ fn a_few_hundred_updates_learn_two_demonstrations_by_heart() {
         first_window_share: 1.0,
         jitter_m: 0.0,
         weight_decay: 0.0,
-        time: TimeSampling { zero_share: 0.5 },
+        time: TimeSampling { zero_share: 0.5, ..TimeSampling::default() },
         ..tiny_training(250)
     };
     // A learning rate of zero keeps the weights as they were drawn.

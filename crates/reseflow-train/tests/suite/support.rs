@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use reseflow_data::{Dataset, ObservationHistory, Split};
-use reseflow_flow::{GripperPrior, ObjectiveConfig, TimeSampling};
+use reseflow_flow::{GripperPrior, ObjectiveConfig, Path as FlowPath, Prior, TimeSampling};
 use reseflow_lie::geodesic_distance;
 use reseflow_net::{DecoderConfig, DriftNetConfig, EncoderConfig, GraphConfig, RadialBasis};
 use reseflow_sim::{GenerateRequest, generate, task};
@@ -40,7 +40,8 @@ pub(crate) fn tiny_model() -> ModelConfig {
         ..DecoderConfig::default()
     };
     let prior = GripperPrior { sigma_rotation_rad: 0.5, sigma_translation_m: 0.1, sigma_opening: 0.2 };
-    ModelConfig { network: DriftNetConfig { encoder, decoder }, prior }
+    let network = DriftNetConfig { encoder, decoder };
+    ModelConfig { network, prior: Prior::Gripper(prior), path: FlowPath::Screw }
 }
 
 /// A training of `updates` updates on small batches.
@@ -58,8 +59,8 @@ pub(crate) fn tiny_training(updates: usize) -> TrainConfig {
         jitter_m: 0.001,
         validate_every: updates,
         seed: 1,
-        time: TimeSampling { zero_share: 0.3 },
-        objective: ObjectiveConfig { nodes: 0.5, opening: 0.25, overlap: 0.01 },
+        time: TimeSampling { zero_share: 0.3, ..TimeSampling::default() },
+        objective: ObjectiveConfig { nodes: 0.5, opening: 0.25, overlap: 0.01, ..ObjectiveConfig::default() },
     }
 }
 

@@ -1,0 +1,77 @@
+//! Which noise a demonstration is joined with in Flow 2, where it stands beside the pairs that Flow 1 made.
+//!
+//! With `independent` noise the best endpoint for one step lies between the modes, however long one trains; an `anchored`
+//! demonstration keeps to noise that Flow 1 carries near it, so that it mends the pairs without blurring them.
+
+use rand::{Rng, RngExt};
+use reseflow_data::{Action, ActionChunk};
+use serde::{Deserialize, Serialize};
+
+use crate::path::pairs;
+use crate::{FlowError, Path};
+
+/// How demonstrations get their noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coupling {
+    /// The noise, of those drawn for this observation, that Flow 1 carries nearest to the demonstration.
+    #[default]
+    Anchored,
+    /// Any noise: the paper's.
+    Independent,
+}
+
+/// Noise of one observation and where Flow 1 carried it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FlowPair {
+    /// Z⁰.
+    pub noise: ActionChunk,
+    /// Z¹.
+    pub image: ActionChunk,
+}
+
+impl Coupling {
+    /// The index of the pair whose noise the demonstration is joined with; `weights` are those of its L actions.
+    ///
+    /// All pairs have to be of the demonstration's own observation: a nearest noise of another one would tell the network what the
+    /// demonstration is.
+    ///
+    /// # Errors
+    /// [`FlowError::Mismatch`] where there is no pair or horizons differ.
+    pub fn choose<R: Rng + ?Sized>(
+        self,
+        pairs: &[FlowPair],
+        demonstration: &ActionChunk,
+        weights: &[f64],
+        rng: &mut R,
+    ) -> Result<usize, FlowError> {
+        if pairs.is_empty() {
+            return Err(FlowError::Mismatch { what: "noises to couple with", expected: 1, got: 0 });
+        }
+        match self {
+            Self::Independent => Ok(rng.random_range(0..pairs.len())),
+            Self::Anchored => nearest(pairs, demonstration, weights),
+        }
+    }
+}
+
+/// The first of the pairs whose image is nearest to the demonstration.
+fn nearest(pairs: &[FlowPair], demonstration: &ActionChunk, weights: &[f64]) -> Result<usize, FlowError> {
+    let mut best = (0, f64::INFINITY);
+    for (index, pair) in pairs.iter().enumerate() {
+        let distance = squared_distance(demonstration, &pair.image, weights)?;
+        if distance < best.1 {
+            best = (index, distance);
+        }
+    }
+    Ok(best.0)
+}
+
+/// The weighted sum over the actions of θ² + ‖p′ − p‖²/ℓ² + (opening′ − opening)².
+fn squared_distance(a: &ActionChunk, b: &ActionChunk, weights: &[f64]) -> Result<f64, FlowError> {
+    if weights.len() != a.len() {
+        return Err(FlowError::Mismatch { what: "action weights", expected: a.len(), got: weights.len() });
+    }
+    let apart = |(a, b): (&Action, &Action)| Path::Product.displacement(a, b).squared_norm();
+    Ok(pairs(a, b)?.map(apart).zip(weights).map(|(apart, weight)| apart * weight).sum())
+}

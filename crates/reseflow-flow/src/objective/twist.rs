@@ -1,0 +1,45 @@
+//! The objective of a network that predicts the drift itself: the paper's E‖ξ − ξ_θ(H^t, t)‖², on body twists, with the metres over
+//! ℓ. It needs no weight: the path's velocity is bounded.
+
+use burn::tensor::Tensor;
+use reseflow_lie_tensor::so3;
+
+use super::{LossContext, LossParts, ObjectiveConfig, repeat_rows, twist_distance_squared};
+
+/// Predicted drifts or their targets; N = B·L.
+#[derive(Debug, Clone)]
+pub struct TwistTargets {
+    /// Body twists (ω, ρ), rad and metres per unit of flow time, `[N, 6]`.
+    pub twists: Tensor<2>,
+    /// Rates of the openings, `[N, 1]`.
+    pub openings: Tensor<2>,
+}
+
+/// The body twists ξ_b = (Rᵀω, Rᵀv) of poses that turn with ω and whose origins move with v, both vectors of the world: what an
+/// equivariant network gives as two type-1 features becomes invariant.
+///
+/// # Shapes
+/// - `rotations`: R, `[N, 3, 3]`
+/// - `angular`, `linear`: `[N, 3]`
+/// - output: `[N, 6]`
+pub fn body_twists(rotations: Tensor<3>, angular: Tensor<2>, linear: Tensor<2>) -> Tensor<2> {
+    let body = |vector| so3::act_inverse(rotations.clone(), vector);
+    Tensor::cat(vec![body(angular), body(linear)], 1)
+}
+
+/// The objective of one batch of drifts; `nodes` are every node's body twists, `[N·K, 6]`.
+pub fn twist_loss(
+    predicted: &TwistTargets,
+    nodes: Tensor<2>,
+    targets: &TwistTargets,
+    context: &LossContext,
+    config: &ObjectiveConfig,
+) -> LossParts {
+    let [actions, _] = targets.twists.dims();
+    let [node_rows, _] = nodes.dims();
+    let spread = repeat_rows(targets.twists.clone(), node_rows / actions);
+    let consensus = twist_distance_squared(predicted.twists.clone(), targets.twists.clone());
+    let openings: Tensor<1> =
+        (predicted.openings.clone() - targets.openings.clone()).square().reshape([actions]);
+    config.combine(consensus, twist_distance_squared(nodes, spread), openings, context)
+}

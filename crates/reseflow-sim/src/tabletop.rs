@@ -2,7 +2,7 @@
 
 use reseflow_data::{Action, EpisodeKey, Halt, Observation, SceneBody, TaskSpec, Tick};
 
-use crate::camera::{Camera, CameraSettings};
+use crate::camera::{self, Camera, CameraSettings};
 use crate::world::World;
 use crate::world::settings::TICK_NANOS;
 
@@ -54,7 +54,7 @@ impl Tabletop {
     pub(crate) fn observe(&self) -> Observation {
         let mut rng = self.key.rng(&format!("camera noise at tick {}", self.ticks));
         Observation {
-            cloud: self.camera.observe(&self.camera_settings, &self.world, self.points, &mut rng),
+            cloud: camera::observe(&self.camera, &self.camera_settings, &self.world, self.points, &mut rng),
             world_from_gripper: self.world.world_from_gripper(),
             gripper_opening: self.world.opening(),
         }

@@ -1,29 +1,25 @@
 //! A depth camera over the table: a pinhole model that casts rays, so hidden surfaces stay hidden.
 //!
-//! A frame is made in three steps: a depth image ([`depth`]), masks and noise (here), and the choice of N points by
-//! their visible colour ([`select`]). Colours are those of the surfaces without shading, with sensor noise: light is
+//! A frame is made in three steps: a depth image of each view ([`depth`]), masks and noise ([`frame`]), and the choice of
+//! N points by their visible colour ([`select`]). Colours are those of the surfaces without shading, with sensor noise: light is
 //! no part of the tasks.
 
 mod depth;
+mod frame;
 mod select;
 
 use nalgebra::{Matrix3, Vector3};
 use rand::{Rng, RngExt};
-use rand_distr::{Distribution, StandardNormal};
-use reseflow_data::PointCloud;
 use reseflow_lie::{SE3, SO3};
 
 use crate::color::saturation_and_value;
-use crate::world::{Role, World};
-use depth::{Hit, depth_image};
 
+pub(crate) use frame::observe;
 pub use select::Selection;
 
 /// Where colours count as salient: printed marks stand out, wood, metal and the table do not.
 const SALIENT_SATURATION: f64 = 0.55;
 const SALIENT_VALUE: f64 = 0.35;
-/// Colour noise of the sensor, levels of 255.
-const COLOR_NOISE: i16 = 2;
 
 /// Whether a colour stands out: well saturated and not dark.
 pub fn is_salient(rgb: [u8; 3]) -> bool {
@@ -42,6 +38,9 @@ pub struct CameraSettings {
     pub crop_below_m: Option<f64>,
     /// Whether the robot's own body is cut out (its pose is known). It hides what is behind it all the same.
     pub mask_gripper: bool,
+    /// A second camera's view, merged with the first: the same camera carried about the vertical through the table's
+    /// middle by this angle, radians.
+    pub second_view_rad: Option<f64>,
     /// How the N points are chosen.
     pub selection: Selection,
 }
@@ -53,6 +52,7 @@ impl Default for CameraSettings {
             drop_fraction: 0.0,
             crop_below_m: Some(0.004),
             mask_gripper: true,
+            second_view_rad: None,
             selection: Selection::Salient,
         }
     }
@@ -134,113 +134,9 @@ impl Camera {
         [x, y, 1.0]
     }
 
-    /// N points of what the camera sees of `world`, with noise from `rng`.
-    pub(crate) fn observe<R: Rng>(
-        &self,
-        settings: &CameraSettings,
-        world: &World,
-        points: usize,
-        rng: &mut R,
-    ) -> PointCloud {
-        // Rays that meet the table alone give points that the crop would drop: they need not be cast.
-        let wants_table = settings.crop_below_m.is_none();
-        let parts: Vec<_> =
-            world.parts().filter(|(part, _)| wants_table || part.role != Role::Table).collect();
-        let shapes: Vec<_> = parts.iter().map(|(part, pose)| (part.ray_shape.as_ref(), **pose)).collect();
-        let hits: Vec<(Hit, [u8; 3])> = depth_image(self, &shapes)
-            .into_iter()
-            .filter(|hit| !(settings.mask_gripper && parts[hit.index].0.role == Role::Gripper))
-            .map(|hit| (hit, parts[hit.index].0.color))
-            .collect();
-
-        let mut candidates = PointCloud::default();
-        let mut salient_hits = Vec::new();
-        for (hit, color) in &hits {
-            if settings.drop_fraction > 0.0 && rng.random::<f64>() < settings.drop_fraction {
-                continue;
-            }
-            let kept = self.measure(hit, *color, settings, rng, &mut candidates);
-            if kept && candidates.colors.last().is_some_and(|&rgb| is_salient(rgb)) {
-                salient_hits.push((*hit, *color));
-            }
-        }
-        self.measure_again(&salient_hits, points, settings, rng, &mut candidates);
-        self.fill(&hits, points, settings, rng, &mut candidates);
-        select::select(&candidates, points, settings.selection)
-    }
-
-    /// Adds one noisy measurement of a pixel; says whether the crop kept it.
-    fn measure<R: Rng>(
-        &self,
-        hit: &Hit,
-        color: [u8; 3],
-        settings: &CameraSettings,
-        rng: &mut R,
-        cloud: &mut PointCloud,
-    ) -> bool {
-        let noise: f64 = StandardNormal.sample(rng);
-        let point = self.point_at(hit, f64::from(hit.depth) + noise * settings.depth_noise_m);
-        let color = color.map(|level| {
-            (i16::from(level) + rng.random_range(-COLOR_NOISE..=COLOR_NOISE)).clamp(0, 255) as u8
-        });
-        if settings.crop_below_m.is_some_and(|height| f64::from(point[2]) < height) {
-            return false;
-        }
-        cloud.points.push(point);
-        cloud.colors.push(color);
-        true
-    }
-
-    /// Where the surface is that a pixel sees at `depth` along the view.
-    fn point_at(&self, hit: &Hit, depth: f64) -> [f32; 3] {
-        let ray = Vector3::from(self.ray(hit.column, hit.row));
-        let point = self.world_from_camera.act(&(ray * depth));
-        [point.x as f32, point.y as f32, point.z as f32]
-    }
-
-    /// A small salient patch is measured again until it has enough points: a second look at the same pixels.
-    fn measure_again<R: Rng>(
-        &self,
-        salient: &[(Hit, [u8; 3])],
-        points: usize,
-        settings: &CameraSettings,
-        rng: &mut R,
-        cloud: &mut PointCloud,
-    ) {
-        let wanted = select::salient_minimum(points);
-        if settings.selection == Selection::Salient && salient.len() < wanted {
-            for (hit, color) in salient.iter().cycle().take(wanted.saturating_sub(salient.len())) {
-                self.measure(hit, *color, settings, rng, cloud);
-            }
-        }
-    }
-
-    /// When fewer than N points are in view, the pixels are measured again; when none is, the view's far end stands in.
-    fn fill<R: Rng>(
-        &self,
-        hits: &[(Hit, [u8; 3])],
-        points: usize,
-        settings: &CameraSettings,
-        rng: &mut R,
-        cloud: &mut PointCloud,
-    ) {
-        let seen = cloud.len();
-        if seen == 0 {
-            let far = self.world_from_camera.act(&Vector3::new(0.0, 0.0, depth::FAR_M));
-            cloud.points.resize(points, [far.x as f32, far.y as f32, far.z as f32]);
-            cloud.colors.resize(points, [0; 3]);
-        } else if seen < points {
-            // Bounded: a hit at the crop's edge may be cut off again and again.
-            for (hit, color) in hits.iter().cycle().take(8 * points) {
-                if cloud.len() >= points {
-                    break;
-                }
-                self.measure(hit, *color, settings, rng, cloud);
-            }
-            for index in 0..points.saturating_sub(cloud.len()) {
-                cloud.points.push(cloud.points[index % seen]);
-                cloud.colors.push(cloud.colors[index % seen]);
-            }
-        }
+    /// This camera carried about the vertical through the table's middle, radians, counter-clockwise seen from above.
+    pub(crate) fn turned_about_table(&self, angle_rad: f64) -> Camera {
+        let turn = SE3::new(SO3::exp(&(Vector3::z() * angle_rad)), Vector3::zeros());
+        Camera { world_from_camera: turn * self.world_from_camera, ..self.clone() }
     }
 }

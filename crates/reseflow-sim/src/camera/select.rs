@@ -49,42 +49,43 @@ fn farthest(cloud: &PointCloud, pool: &[usize], count: usize) -> Vec<usize> {
     if count == 0 {
         return Vec::new();
     }
+    // Side by side in memory: the loop below is the camera's hottest.
+    let points: Vec<[f32; 3]> = pool.iter().map(|&i| cloud.points[i]).collect();
     let mut mean = [0.0_f32; 3];
-    for &i in pool {
-        for (sum, x) in mean.iter_mut().zip(cloud.points[i]) {
-            *sum += x / pool.len() as f32;
+    for point in &points {
+        for (sum, x) in mean.iter_mut().zip(point) {
+            *sum += x / points.len() as f32;
         }
     }
-    let mut distances: Vec<f32> = pool.iter().map(|&i| squared_distance(cloud.points[i], mean)).collect();
+    let mut next = 0;
+    let mut greatest = f32::NEG_INFINITY;
+    for (position, point) in points.iter().enumerate() {
+        let distance = squared_distance(*point, mean);
+        if distance > greatest {
+            (next, greatest) = (position, distance);
+        }
+    }
+    let mut distances = vec![f32::INFINITY; points.len()];
     let mut chosen = Vec::with_capacity(count);
-    let mut next = position_of_greatest(&distances);
-    distances.fill(f32::INFINITY);
     while chosen.len() < count {
         chosen.push(pool[next]);
-        let newest = cloud.points[pool[next]];
-        for (distance, &i) in distances.iter_mut().zip(pool) {
-            *distance = distance.min(squared_distance(cloud.points[i], newest));
-        }
+        let newest = points[next];
         // A chosen point is never chosen again, even when all others coincide with one.
         distances[next] = f32::NEG_INFINITY;
-        next = position_of_greatest(&distances);
+        (next, greatest) = (0, f32::NEG_INFINITY);
+        for (position, (distance, point)) in distances.iter_mut().zip(&points).enumerate() {
+            *distance = distance.min(squared_distance(*point, newest));
+            if *distance > greatest {
+                (next, greatest) = (position, *distance);
+            }
+        }
     }
     chosen
 }
 
-/// The first position of the greatest value.
-fn position_of_greatest(values: &[f32]) -> usize {
-    let mut best = 0;
-    for (position, value) in values.iter().enumerate() {
-        if *value > values[best] {
-            best = position;
-        }
-    }
-    best
-}
-
 fn squared_distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).sum()
+    let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    x * x + y * y + z * z
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use reseflow_data::{PointCloud, Split};
 use reseflow_lie::{SE3, Vector3};
 use reseflow_sim::{
-    CameraSettings, Selection, TriangleSetup, TriangleTask, is_salient, overview_camera, render,
+    CameraSettings, PhysicsSettings, Selection, TriangleSetup, TriangleTask, configured_task, is_salient,
+    overview_camera, render, tasks,
 };
 
 use crate::support::key;
@@ -88,6 +89,60 @@ fn farthest_point_sampling_ignores_colour() {
     // The coloured corner is a fifth of the top face.
     assert!((8..45).contains(&salient(&farthest)), "{}", salient(&farthest));
     assert_eq!(salient(&cloud(&setup, noiseless())), 50);
+}
+
+#[test]
+fn a_second_view_shows_what_the_first_cannot_see() {
+    for index in 0..10 {
+        let setup = TriangleSetup::draw(&key("triangle", Split::Train, 13, index));
+        let center = Vector3::new(setup.center_m[0], setup.center_m[1], 0.5 * HEIGHT_M);
+        let eye = setup.camera.world_from_camera.translation - center;
+        // The points on side faces that are turned away from the first camera.
+        let hidden = |cloud: &PointCloud| {
+            let is_hidden = |point: &&[f32; 3]| {
+                let offset = Vector3::from(point.map(f64::from)) - center;
+                let on = |(normal, distance): &(Vector3<f64>, f64)| {
+                    (normal.dot(&offset) - distance).abs() < 1e-4 && offset.z < 0.5 * HEIGHT_M - 1e-3
+                };
+                let normals = faces(&setup).into_iter().filter(on).collect::<Vec<_>>();
+                !normals.is_empty() && normals.iter().all(|(normal, distance)| normal.dot(&eye) < *distance)
+            };
+            cloud.points.iter().filter(is_hidden).count()
+        };
+        let one = cloud(&setup, noiseless());
+        let both = CameraSettings { second_view_rad: Some(std::f64::consts::PI), ..noiseless() };
+        let both = cloud(&setup, both);
+        assert_eq!((hidden(&one), both.len()), (0, 100));
+        assert!(hidden(&both) > 3, "episode {index}: {} points on the back", hidden(&both));
+    }
+}
+
+#[test]
+fn every_task_can_be_seen_in_every_way() {
+    let ways = [
+        CameraSettings { selection: Selection::Farthest, ..CameraSettings::default() },
+        CameraSettings { crop_below_m: None, mask_gripper: false, ..CameraSettings::default() },
+        CameraSettings { second_view_rad: Some(1.2), drop_fraction: 0.3, ..CameraSettings::default() },
+    ];
+    for name in tasks() {
+        let look = |camera| {
+            let task = configured_task(name, PhysicsSettings::default(), camera).unwrap();
+            let points = task.spec().points;
+            let cloud = task.reset(&key(name, Split::Train, 14, 0)).unwrap().observe().cloud;
+            assert_eq!((cloud.points.len(), cloud.colors.len()), (points, points));
+            cloud
+        };
+        let usual = look(CameraSettings::default());
+        let salient_share = |cloud: &PointCloud| salient(cloud) as f64 / cloud.len() as f64;
+        for way in ways {
+            let cloud = look(way);
+            assert!(cloud.points.iter().flatten().all(|x| x.is_finite()));
+            assert_ne!(cloud.points, usual.points, "{name} seen as {way:?}");
+            if way.selection == Selection::Farthest {
+                assert!(salient_share(&cloud) < salient_share(&usual), "{name}");
+            }
+        }
+    }
 }
 
 #[test]

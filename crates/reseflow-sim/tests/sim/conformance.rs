@@ -46,8 +46,8 @@ fn the_specification_holds_in_every_frame() {
         let spec = task.spec();
         assert_eq!((spec.action_steps, spec.ticks_per_action, spec.tick_nanos), (10, 10, 50_000_000));
         for split in [Split::Train, Split::Validation, Split::Test, Split::Wide] {
-            let made = demonstrations(task, split, 2);
-            assert_eq!((made.episodes.len(), made.keys.len()), (2, 2));
+            let made = demonstrations(task, split, 1);
+            assert_eq!((made.episodes.len(), made.keys.len()), (1, 1));
             for episode in &made.episodes {
                 assert_eq!((episode.observations.len(), episode.actions.len()), (10, 10));
                 for frame in &episode.observations {
@@ -128,21 +128,20 @@ fn the_expert_succeeds() {
     // An expert of 99 % solves fewer than 37 of 40 once in 1400 runs; the full figures are the example `figures`.
     every_task(|task| {
         let name = task.spec().name;
-        for split in [Split::Test, Split::Wide] {
-            let solved = (0..40_u64)
-                .into_par_iter()
-                .filter(|&index| run(task, &key(&name, split, 17, index), None).outcome.success)
-                .count();
-            assert!(solved >= 37, "{name}, {split}: {solved} of 40");
-        }
+        let succeeds = |split, index| run(task, &key(&name, split, 17, index), None).outcome.success;
+        let solved = (0..40_u64)
+            .into_par_iter()
+            .filter(|&index| succeeds(if index < 24 { Split::Test } else { Split::Wide }, index))
+            .count();
+        assert!(solved >= 37, "{name}: {solved} of 40");
     });
 }
 
 #[test]
 fn stored_actions_succeed_when_replayed_and_their_mean_is_a_poor_guess() {
-    // As above: 99 % solve fewer than 28 of 30 once in 300 runs.
+    // As above: 99 % solve fewer than 14 of 16 once in 1900 runs.
     every_task(|task| {
-        let made = demonstrations(task, Split::Train, 30);
+        let made = demonstrations(task, Split::Train, 16);
         let solved = made
             .episodes
             .par_iter()
@@ -152,7 +151,7 @@ fn stored_actions_succeed_when_replayed_and_their_mean_is_a_poor_guess() {
                 run(task, key, Some(&mut replay)).outcome.success
             })
             .count();
-        assert!(solved >= 28, "{}: {solved} of 30", task.spec().name);
+        assert!(solved >= 14, "{}: {solved} of 16", task.spec().name);
         let error = mean_trajectory_error(&made.episodes);
         assert!(error >= 0.4, "{}: the mean trajectory is off by {error} only", task.spec().name);
     });
@@ -161,7 +160,7 @@ fn stored_actions_succeed_when_replayed_and_their_mean_is_a_poor_guess() {
 #[test]
 fn standing_still_solves_nothing_and_moves_nothing() {
     every_task(|task| {
-        for index in 0..10 {
+        for index in 0..6 {
             let record = run(task, &key(&task.spec().name, Split::Test, 2, index), Some(&mut Still));
             assert!(!record.outcome.success && record.outcome.halt.is_none());
             assert!(record.outcome.measure.abs() < 1e-3, "{}", record.outcome.measure);
@@ -173,7 +172,7 @@ fn standing_still_solves_nothing_and_moves_nothing() {
 fn a_push_changes_the_episode_and_is_survived() {
     every_task(|task| {
         let name = task.spec().name;
-        for index in 0..4 {
+        for index in 0..3 {
             let key = key(&name, Split::Test, 4, index);
             let pushed = run_observed(task, &key, None, Some(1), &mut IgnoreEvents);
             assert_eq!(pushed.outcome.halt, None);

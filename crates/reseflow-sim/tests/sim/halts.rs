@@ -119,7 +119,7 @@ fn wild_actions(rng: &mut impl Rng) -> Vec<Action> {
 fn wild_actions_end_in_an_outcome() {
     for name in tasks() {
         let task: Box<dyn Task> = task(name).unwrap();
-        let halts: Vec<Option<Halt>> = (0..60_u64)
+        let halts: Vec<Option<Halt>> = (0..40_u64)
             .into_par_iter()
             .map(|index| {
                 let key = key(name, Split::Test, 9, index);

@@ -8,11 +8,11 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use reseflow_data::{
-    Action, Episode, EpisodeKey, EpisodeObserver, Outcome, Policy, RolloutConfig, Scene, Split, Task, Tick,
-    rollout,
+    Action, Episode, EpisodeKey, EpisodeObserver, ObservationHistory, Outcome, Policy, RolloutConfig, Scene,
+    Split, Task, Tick, rollout,
 };
 use reseflow_lie::{SE3, geodesic_distance};
-use reseflow_sim::{GenerateRequest, PaintingSetup, PaintingTask, Scripted, Still, generate};
+use reseflow_sim::{GenerateRequest, PaintingSetup, PaintingTask, Scripted, Still, generate, is_salient};
 
 /// Depths and brush forces of every tick.
 #[derive(Default)]
@@ -107,9 +107,58 @@ fn mean_trajectory_error(episodes: &[Episode]) -> Result<f64, Box<dyn Error>> {
     Ok(sum / steps as f64)
 }
 
+/// Control ticks and clouds per second on one core, over one episode.
+fn speed(task: &PaintingTask) -> Result<(), Box<dyn Error>> {
+    let key = key(Split::Test, 1, 0);
+    let mut scene = task.reset(&key)?;
+    let mut command =
+        Action { world_from_gripper: PaintingSetup::draw(&key)?.world_from_gripper, opening: 0.0 };
+    let history = ObservationHistory::new(scene.observe(), 1);
+    let plan = scene.expert().plan(&history)?;
+    let started = Instant::now();
+    for target in plan.actions.iter() {
+        for tick in 1..=10 {
+            scene.tick(&command.interpolate(target, f64::from(tick) / 10.0))?;
+        }
+        command = *target;
+    }
+    let ticks_per_sec = 100.0 / started.elapsed().as_secs_f64();
+    let started = Instant::now();
+    for _ in 0..20 {
+        scene.observe();
+    }
+    let clouds_per_sec = 20.0 / started.elapsed().as_secs_f64();
+    println!("one core: {ticks_per_sec:.0} control ticks/s, {clouds_per_sec:.0} clouds/s");
+    Ok(())
+}
+
+/// How many points of the stroke (blue) and of its beginning (green) the first frame holds.
+fn first_frames(task: &PaintingTask, split: Split, episodes: u64) -> Result<(), Box<dyn Error>> {
+    let count = |index: u64| {
+        let cloud = task.reset(&key(split, 1, index)).map_err(|fault| fault.to_string())?.observe().cloud;
+        let salient = cloud.colors.iter().filter(|&&color| is_salient(color));
+        Ok(salient.fold([0.0, 0.0], |[green, blue], color| {
+            if color[1] > color[2] { [green + 1.0, blue] } else { [green, blue + 1.0] }
+        }))
+    };
+    let counts: Vec<[f64; 2]> = (0..episodes).into_par_iter().map(count).collect::<Result<_, String>>()?;
+    let [mut beginning, mut stroke] = [0, 1].map(|i| counts.iter().map(|c| c[i]).collect::<Vec<f64>>());
+    println!(
+        "first frames on {split}: points of the beginning least {} median {}, of the stroke least {} median {}",
+        percentile(&mut beginning, 0.0),
+        percentile(&mut beginning, 0.5),
+        percentile(&mut stroke, 0.0),
+        percentile(&mut stroke, 0.5)
+    );
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let episodes: u64 = std::env::args().nth(1).map_or(Ok(200), |text| text.parse())?;
     let task = PaintingTask::default();
+    speed(&task)?;
+    first_frames(&task, Split::Test, episodes)?;
+    first_frames(&task, Split::Wide, episodes)?;
     expert_success(&task, Split::Test, episodes)?;
     expert_success(&task, Split::Wide, episodes)?;
     let mut halved = task;

@@ -9,7 +9,7 @@ use reseflow_train::{FlowPolicy, TrainConfig};
 
 use crate::support::{Shelf, demonstrations, histories, tiny_training};
 
-const SEEDS: [u64; 2] = [3407, 3408];
+pub(crate) const SEEDS: [u64; 2] = [3407, 3408];
 
 /// Rotations uniform on SO(3), shifts of about a metre.
 fn motions(count: usize) -> Vec<SE3> {
@@ -42,7 +42,12 @@ fn moved_history(history: &ObservationHistory, cloud: &SE3, gripper: &SE3) -> Ob
 }
 
 /// D_geo between the prediction on moved scenes and the moved prediction, for every scene, seed and action, ascending.
-fn errors(policy: &FlowPolicy, seen: &[ObservationHistory], steps: usize, gripper_too: bool) -> Vec<f64> {
+pub(crate) fn errors(
+    policy: &FlowPolicy,
+    seen: &[ObservationHistory],
+    steps: usize,
+    gripper_too: bool,
+) -> Vec<f64> {
     let plain = policy.predict(seen, &SEEDS, steps).unwrap();
     let mut errors = Vec::new();
     for motion in motions(5) {

@@ -5,6 +5,7 @@ mod checkpoints;
 mod configuration;
 mod damage;
 mod equivariance;
+mod flows;
 mod learning;
 mod replacement;
 mod support;

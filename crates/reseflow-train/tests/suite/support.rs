@@ -110,9 +110,20 @@ impl Shelf {
         data: &Dataset,
         validation: Option<&Dataset>,
     ) -> Result<(TrainSummary, Journal), TrainError> {
-        let mut journal = Journal::default();
-        let (model, out) = (tiny_model(), self.path(name));
-        let summary = train(&model, config, data, validation, DeviceKind::Cpu, &out, &mut journal)?;
+        self.train_model(name, &tiny_model(), config, data, validation)
+    }
+
+    /// Trains a model on the CPU into the folder `name`.
+    pub(crate) fn train_model(
+        &self,
+        name: &str,
+        model: &ModelConfig,
+        config: &TrainConfig,
+        data: &Dataset,
+        validation: Option<&Dataset>,
+    ) -> Result<(TrainSummary, Journal), TrainError> {
+        let (mut journal, out) = (Journal::default(), self.path(name));
+        let summary = train(model, config, data, validation, DeviceKind::Cpu, &out, &mut journal)?;
         Ok((summary, journal))
     }
 

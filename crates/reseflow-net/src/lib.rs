@@ -7,11 +7,15 @@
 //!
 //! Everything is exactly equivariant under SE(3) and not under reflections: vectors mix only through sums, invariant gates and
 //! cross products, and positions enter relative to the cloud's centroid.
+//!
+//! Beside it stands an SE(3)-Transformer for features of any degree: [`irreps`] has the mathematics, [`degrees`] the layers, and
+//! [`SE3Transformer`] and [`SE3ManiNet`] are built of them.
 
 mod attention;
 mod context;
 mod convolution;
 mod decoder;
+pub mod degrees;
 mod drift;
 mod encoder;
 mod error;
@@ -20,10 +24,12 @@ mod graph;
 mod heat_map;
 mod init;
 mod interaction;
+pub mod irreps;
 pub mod message;
 mod radial;
 mod scene_batch;
 mod tokens;
+mod transformer;
 
 pub use attention::{InvariantAttention, InvariantAttentionConfig};
 pub use context::{SceneContext, SceneState};
@@ -39,3 +45,6 @@ pub use interaction::{Interaction, InteractionConfig};
 pub use radial::RadialBasis;
 pub use scene_batch::{EdgeTensors, SceneBatch};
 pub use tokens::{GripperState, TokenBatch};
+pub use transformer::{
+    ManiNodes, Nonlinearity, SE3ManiNet, SE3ManiNetConfig, SE3Transformer, SE3TransformerConfig, SceneFrames,
+};

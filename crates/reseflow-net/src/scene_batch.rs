@@ -8,7 +8,7 @@ use crate::tokens::{LENGTH_SCALE_M, gripper_vectors};
 use crate::{CloudGraph, EdgeList, GripperState, NetError, RadialBasis};
 
 /// Displacements shorter than this point nowhere in particular: the direction fades out smoothly below it, metres.
-const SHORTEST_DIRECTION_M: f64 = 1e-3;
+pub(crate) const SHORTEST_DIRECTION_M: f64 = 1e-3;
 
 /// Edges of a whole batch, grouped by receiver.
 #[derive(Debug, Clone)]
@@ -25,6 +25,17 @@ pub struct EdgeTensors {
     pub radial: Tensor<2>,
     /// Envelope weights, `[E, 1]`.
     pub weights: Tensor<2>,
+}
+
+impl EdgeTensors {
+    /// Lays `lists` behind one another, each with the number of nodes that its sources index; all have the same edges per receiver.
+    pub fn collate<'a>(
+        lists: impl IntoIterator<Item = (&'a EdgeList, usize)>,
+        radial_basis: &RadialBasis,
+        device: &Device,
+    ) -> Self {
+        edge_tensors(lists.into_iter(), radial_basis, device)
+    }
 }
 
 /// B clouds as tensors; points of all clouds lie in one axis.

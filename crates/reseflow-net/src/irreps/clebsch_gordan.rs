@@ -78,7 +78,8 @@ fn complex_parts(degree: i64, m: i64) -> Vec<(i64, Complex)> {
 fn racah([j1, j2, j3]: [i64; 3], [m1, m2, m3]: [i64; 3]) -> f64 {
     let triangle = factorial(j1 + j2 - j3) * factorial(j1 - j2 + j3) * factorial(j2 + j3 - j1)
         / factorial(j1 + j2 + j3 + 1);
-    let orders: f64 = [(j1, m1), (j2, m2), (j3, m3)].iter().map(|&(j, m)| factorial(j + m) * factorial(j - m)).product();
+    let orders: f64 =
+        [(j1, m1), (j2, m2), (j3, m3)].iter().map(|&(j, m)| factorial(j + m) * factorial(j - m)).product();
     let lowest = 0.max(j2 - j3 - m1).max(j1 - j3 + m2);
     let highest = (j1 + j2 - j3).min(j1 - m1).min(j2 + m2);
     let series: f64 = (lowest..=highest)
@@ -108,7 +109,7 @@ mod tests {
     fn the_product_of_turned_features_is_the_turned_product() {
         let matrices = WignerMatrices::new(5, &rotation_to_polar(&[0.4, -0.3, 0.8]));
         let mut triples = 0;
-        for l1 in 0..=5 {
+        for l1 in 0..=5usize {
             for l2 in 0..=5 {
                 for l3 in l1.abs_diff(l2)..=(l1 + l2).min(5) {
                     let coefficients = clebsch_gordan(l1, l2, l3);
@@ -135,7 +136,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(triples, 101);
+        assert_eq!(triples, 111);
     }
 
     #[test]

@@ -20,7 +20,8 @@ pub fn spherical_harmonics_into(max_degree: usize, point: &[f64; 3], out: &mut V
     let mut diagonal = 1.0;
     for order in 0..=max_degree {
         if order > 0 {
-            (cosine, sine) = (cosine * equator_cos - sine * equator_sin, sine * equator_cos + cosine * equator_sin);
+            (cosine, sine) =
+                (cosine * equator_cos - sine * equator_sin, sine * equator_cos + cosine * equator_sin);
             diagonal *= (2 * order - 1) as f64;
         }
         let (mut before, mut legendre) = (0.0, diagonal);
@@ -56,7 +57,8 @@ mod tests {
         let [x, y, z] = [0.36, -0.48, 0.8];
         let mut values = Vec::new();
         spherical_harmonics_into(2, &[x, y, z], &mut values);
-        let second = [x * z, x * y, (y * y - (x * x + z * z) / 2.0) / 3f64.sqrt(), y * z, (z * z - x * x) / 2.0];
+        let second =
+            [x * z, x * y, (y * y - (x * x + z * z) / 2.0) / 3f64.sqrt(), y * z, (z * z - x * x) / 2.0];
         let expected = [1.0, 3f64.sqrt() * x, 3f64.sqrt() * y, 3f64.sqrt() * z];
         let expected = expected.into_iter().chain(second.map(|value| 15f64.sqrt() * value));
         for (value, expected) in values.iter().zip(expected) {

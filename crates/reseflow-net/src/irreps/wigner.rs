@@ -65,7 +65,13 @@ fn next_block(l: i64, rotation: &[[f64; 3]; 3], before: &[f64]) -> Vec<f64> {
             };
             if m != 0 && size < l - 1 {
                 let w = (((l - size - 1) * (l - size)) as f64 / denominator).sqrt();
-                sum -= 0.5 * w * if m > 0 { p(1, m + 1, n) + p(-1, -m - 1, n) } else { p(1, m - 1, n) - p(-1, 1 - m, n) };
+                sum -= 0.5
+                    * w
+                    * if m > 0 {
+                        p(1, m + 1, n) + p(-1, -m - 1, n)
+                    } else {
+                        p(1, m - 1, n) - p(-1, 1 - m, n)
+                    };
             }
             block.push(sum);
         }
@@ -86,7 +92,8 @@ pub fn rotation_to_polar(direction: &[f64; 3]) -> [[f64; 3]; 3] {
     let [x, y, z] = [direction[0] / length, flip * direction[1] / length, flip * direction[2] / length];
     // Rodrigues' formula about (x, y, z) × y.
     let factor = 1.0 / (1.0 + y);
-    let rows = [[1.0 - x * x * factor, -x, -x * z * factor], [x, y, z], [-x * z * factor, -z, 1.0 - z * z * factor]];
+    let rows =
+        [[1.0 - x * x * factor, -x, -x * z * factor], [x, y, z], [-x * z * factor, -z, 1.0 - z * z * factor]];
     rows.map(|[first, second, third]| [first, flip * second, flip * third])
 }
 
@@ -124,7 +131,8 @@ mod tests {
     }
 
     fn matrix_product(size: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
-        let entry = |index: usize| (0..size).map(|k| a[index / size * size + k] * b[k * size + index % size]).sum();
+        let entry =
+            |index: usize| (0..size).map(|k| a[index / size * size + k] * b[k * size + index % size]).sum();
         (0..size * size).map(entry).collect()
     }
 
@@ -156,7 +164,8 @@ mod tests {
             let [left, right, both] =
                 [a, b, &product(a, b)].map(|rotation| WignerMatrices::new(MAX_DEGREE, rotation));
             for degree in 0..=MAX_DEGREE {
-                let expected = matrix_product(components(degree), &left.blocks[degree], &right.blocks[degree]);
+                let expected =
+                    matrix_product(components(degree), &left.blocks[degree], &right.blocks[degree]);
                 let error = largest_difference(&expected, &both.blocks[degree]);
                 assert!(error < 1e-13, "degree {degree}: {error:e}");
             }
@@ -165,13 +174,19 @@ mod tests {
 
     #[test]
     fn the_direction_becomes_the_polar_axis_and_the_frame_stays_a_rotation() {
-        for direction in [[0.0, 2.0, 0.0], [0.0, -3.0, 0.0], [1e-8, -1e-8, 0.0], [0.5, -0.4, 0.1], [1.0, 1e-17, 2.0]] {
+        for direction in
+            [[0.0, 2.0, 0.0], [0.0, -3.0, 0.0], [1e-8, -1e-8, 0.0], [0.5, -0.4, 0.1], [1.0, 1e-17, 2.0]]
+        {
             let rotation = rotation_to_polar(&direction);
             let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();
             let turned = rotation.map(|row| (0..3).map(|k| row[k] * direction[k] / length).sum::<f64>());
-            assert!(largest_difference(&turned, &[0.0, 1.0, 0.0]) < 1e-15, "{direction:?} went to {turned:?}");
+            assert!(
+                largest_difference(&turned, &[0.0, 1.0, 0.0]) < 1e-15,
+                "{direction:?} went to {turned:?}"
+            );
             let [a, b, c] = rotation;
-            let triple = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
+            let triple = a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
                 + a[2] * (b[0] * c[1] - b[1] * c[0]);
             assert!((triple - 1.0).abs() < 1e-15, "determinant {triple}");
         }

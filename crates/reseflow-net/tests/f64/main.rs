@@ -11,9 +11,10 @@ mod support;
 
 mod continuity;
 mod finite_differences;
+mod irreps_golden;
 
 use burn::tensor::FloatDType;
-use support::{laws, messages};
+use support::{degree_laws, laws, messages};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F64;
@@ -71,4 +72,39 @@ fn every_parameter_receives_a_gradient() {
 #[test]
 fn the_suite_runs_in_its_float_type() {
     laws::the_suite_runs_in_its_float_type();
+}
+
+#[test]
+fn the_product_in_the_edges_frame_is_the_sum_over_paths() {
+    degree_laws::the_product_in_the_edges_frame_is_the_sum_over_paths(1e-10);
+}
+
+#[test]
+fn the_product_is_that_of_e3nn() {
+    degree_laws::the_product_is_that_of_e3nn(1e-10);
+}
+
+#[test]
+fn a_world_constant_in_a_higher_degree_is_caught() {
+    degree_laws::a_world_constant_in_a_higher_degree_is_caught(1e-12);
+}
+
+#[test]
+fn nodes_see_neither_the_order_of_points_nor_other_scenes() {
+    degree_laws::nodes_see_neither_the_order_of_points_nor_other_scenes(1e-11);
+}
+
+#[test]
+fn degenerate_clouds_give_finite_nodes_and_gradients() {
+    degree_laws::degenerate_clouds_give_finite_nodes_and_gradients();
+}
+
+#[test]
+fn every_parameter_of_mani_net_receives_a_gradient() {
+    degree_laws::every_parameter_of_mani_net_receives_a_gradient();
+}
+
+#[test]
+fn poses_of_nodes_turn_with_the_world() {
+    degree_laws::poses_of_nodes_turn_with_the_world(1e-10);
 }

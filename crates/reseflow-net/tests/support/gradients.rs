@@ -23,7 +23,7 @@ pub(crate) fn generic_loss(net: &DriftNet, scenes: &[Scene], device: &Device) ->
         + overlap.expect("there are frames")
 }
 
-fn weighed<const D: usize>(output: Tensor<D>, rng: &mut ChaCha8Rng) -> Tensor<1> {
+pub(crate) fn weighed<const D: usize>(output: Tensor<D>, rng: &mut ChaCha8Rng) -> Tensor<1> {
     let weights = normals(output.dims().iter().product(), rng);
     (output.clone() * tensor(weights, output.dims(), &output.device())).sum()
 }

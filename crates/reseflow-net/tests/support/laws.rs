@@ -194,7 +194,7 @@ pub(crate) fn scenes_of_one_batch_do_not_see_each_other(tolerance: f64) {
 }
 
 /// Clouds without extent, without a plane, with ties everywhere, or with fewer points than centres.
-fn degenerate_clouds() -> Vec<(&'static str, Vec<[f64; 3]>)> {
+pub(crate) fn degenerate_clouds() -> Vec<(&'static str, Vec<[f64; 3]>)> {
     let grid = (0..36).map(|index| [0.05 * f64::from(index % 6), 0.05 * f64::from(index / 6), 0.4]);
     vec![
         ("one point", vec![[0.3, -0.2, 0.5]]),

@@ -8,6 +8,7 @@ use reseflow_net::{
     InteractionConfig, InvariantAttentionConfig, RadialBasis, SceneBatch,
 };
 
+use super::degree_layers::degree_layer_deviations;
 use super::features::{HostFeatures, deviation};
 use super::scene::{Cloud, gripper};
 use super::weights::shaken;
@@ -15,11 +16,11 @@ use super::world::World;
 use super::{normals, rng, tensor, values};
 
 pub(crate) const GRAPH: GraphConfig = GraphConfig { centres: 12, point_neighbors: 8, centre_neighbors: 5 };
-const RADIAL: RadialBasis = RadialBasis { count: 6, max_m: 0.3 };
+pub(crate) const RADIAL: RadialBasis = RadialBasis { count: 6, max_m: 0.3 };
 pub(crate) const CHANNELS: usize = 8;
 
 /// Noise on every weight, so that no bias is zero.
-const SHAKE: f64 = 0.1;
+pub(crate) const SHAKE: f64 = 0.1;
 
 /// A layer's deviation.
 pub(crate) struct LayerDeviation {
@@ -32,8 +33,9 @@ pub(crate) struct LayerDeviation {
 /// Every public layer with weights, inputs and a cloud drawn from `stream`.
 pub(crate) fn layer_deviations(device: &Device, worlds: &[World], stream: u64) -> Vec<LayerDeviation> {
     let mut rng = rng(stream);
+    let higher = degree_layer_deviations(device, worlds, stream);
     let entry = |layer, deviation, handed| LayerDeviation { layer, deviation, handed };
-    vec![
+    let layers = vec![
         entry("convolution of scalars", convolution_of_points(device, worlds, &mut rng), false),
         entry("convolution of scalars and vectors", convolution_of_centres(device, worlds, &mut rng), true),
         entry("interaction", interaction(device, worlds, &mut rng), true),
@@ -41,7 +43,8 @@ pub(crate) fn layer_deviations(device: &Device, worlds: &[World], stream: u64) -
         entry("invariant attention", attention(device, worlds, &mut rng), false),
         entry("heat map", heat_map(device, worlds, &mut rng), false),
         entry("encoder", encoder(device, worlds, &mut rng), true),
-    ]
+    ];
+    layers.into_iter().chain(higher).collect()
 }
 
 /// An interaction that is also told, by `constant` in one vector channel, which way the world's x axis points.

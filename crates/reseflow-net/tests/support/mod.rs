@@ -2,10 +2,14 @@
 //!
 //! A device's float type can be set once per process, so there are two suites; each names its own as `crate::FLOAT`.
 
+pub(crate) mod degree_laws;
+pub(crate) mod degree_layers;
 pub(crate) mod features;
+pub(crate) mod fibers;
 pub(crate) mod gradients;
 pub(crate) mod laws;
 pub(crate) mod layers;
+pub(crate) mod mani_net;
 pub(crate) mod messages;
 pub(crate) mod scene;
 pub(crate) mod trajectory;

@@ -1,0 +1,70 @@
+//! From the radial basis of an edge's length to the weights of its kernel: two hidden layers with layer normalisation, as in NVIDIA's
+//! SE(3)-Transformer.
+
+use burn::module::{Module, Param};
+use burn::nn::{LayerNorm, LayerNormConfig, Linear};
+use burn::tensor::activation::silu;
+use burn::tensor::{Device, Tensor, TensorData};
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::EdgeProduct;
+use crate::init::linear;
+
+/// Sizes of a [`RadialMlp`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RadialMlpConfig {
+    /// Radial basis functions R.
+    pub radial: usize,
+    /// Hidden width H.
+    pub hidden: usize,
+}
+
+/// R → H → H → W; see the module's description.
+#[derive(Module, Debug)]
+pub struct RadialMlp {
+    first: Linear,
+    first_norm: LayerNorm,
+    second: Linear,
+    second_norm: LayerNorm,
+    weights: Linear,
+}
+
+/// 1/√(E silu(x)²) for a standard normal x.
+const SILU_GAIN: f64 = 1.676;
+
+impl RadialMlpConfig {
+    /// Draws the weights for the kernels of `product`.
+    pub fn init<R: Rng + ?Sized>(&self, product: &EdgeProduct, device: &Device, rng: &mut R) -> RadialMlp {
+        let Self { radial, hidden } = *self;
+        let norm = || LayerNormConfig::new(hidden).init(device);
+        let gain = SILU_GAIN / (hidden as f64).sqrt();
+        let deviations = product.standard_deviations();
+        let mut values = Vec::with_capacity(hidden * deviations.len());
+        for _ in 0..hidden {
+            values.extend(deviations.iter().map(|deviation| {
+                let draw: f64 = StandardNormal.sample(rng);
+                gain * deviation * draw
+            }));
+        }
+        let weight = Param::from_data(TensorData::new(values, [hidden, deviations.len()]), device);
+        RadialMlp {
+            first: linear([radial, hidden], 1.0, true, device, rng),
+            first_norm: norm(),
+            second: linear([hidden, hidden], SILU_GAIN, true, device, rng),
+            second_norm: norm(),
+            weights: Linear { weight, bias: None },
+        }
+    }
+}
+
+impl RadialMlp {
+    /// # Shapes
+    /// - `radial`: `[E, R]`
+    /// - output: `[E, W]`
+    pub fn forward(&self, radial: Tensor<2>) -> Tensor<2> {
+        let hidden = silu(self.first_norm.forward(self.first.forward(radial)));
+        let hidden = silu(self.second_norm.forward(self.second.forward(hidden)));
+        self.weights.forward(hidden)
+    }
+}

@@ -1,0 +1,225 @@
+//! SE3ManiNet with K nodes (after RiEMann, arXiv 2403.19460): an SE(3)-Transformer over a cloud, K heat maps, and for every node a
+//! position, invariant and equivariant features, and a pose.
+
+use burn::module::Module;
+use burn::nn::Linear;
+use burn::tensor::{Device, Tensor};
+use rand::Rng;
+use reseflow_lie_tensor::gram_schmidt;
+use serde::{Deserialize, Serialize};
+
+use super::{SE3Transformer, SE3TransformerConfig, SceneFrames};
+use crate::degrees::{
+    Fiber, FiberFeatures, FiberHeatMap, FiberHeatMapConfig, FiberLinear, FiberLinearConfig, RadialMlpConfig,
+    TensorProductConvolution, TensorProductConvolutionConfig, UniformFiber,
+};
+use crate::init::linear;
+use crate::scene_batch::CENTRE_VECTORS;
+use crate::{CloudGraph, GraphConfig, GripperState, HeatMap, NetError, RadialBasis, SceneBatch};
+
+/// Sizes of an [`SE3ManiNet`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SE3ManiNetConfig {
+    /// The neighbour graph.
+    pub graph: GraphConfig,
+    /// The network over the centres. Its input is set from its own degrees and channels, its radial size from `centre_radial`.
+    pub transformer: SE3TransformerConfig,
+    /// Heat-map nodes K.
+    pub nodes: usize,
+    /// Basis of the lengths between points and centres.
+    pub point_radial: RadialBasis,
+    /// Basis of the lengths between centres.
+    pub centre_radial: RadialBasis,
+}
+
+impl Default for SE3ManiNetConfig {
+    fn default() -> Self {
+        Self {
+            graph: GraphConfig::default(),
+            transformer: SE3TransformerConfig {
+                layers: 2,
+                output: UniformFiber { max_degree: 3, channels: 8 },
+                ..SE3TransformerConfig::default()
+            },
+            nodes: 4,
+            point_radial: RadialBasis { count: 8, max_m: 0.12 },
+            centre_radial: RadialBasis { count: 8, max_m: 0.3 },
+        }
+    }
+}
+
+/// The vectors of a pose, and what a node's degree 1 must at least have.
+const POSE_VECTORS: usize = 2;
+
+impl SE3ManiNetConfig {
+    /// The transformer's sizes with those that follow from others.
+    fn transformer(&self) -> SE3TransformerConfig {
+        let SE3TransformerConfig { max_degree, channels, .. } = self.transformer;
+        SE3TransformerConfig {
+            input: UniformFiber { max_degree, channels },
+            radial: self.centre_radial.count,
+            ..self.transformer.clone()
+        }
+    }
+
+    /// Checks that every size makes sense.
+    ///
+    /// # Errors
+    /// [`NetError::Config`] naming the first key that does not.
+    pub fn validate(&self) -> Result<(), NetError> {
+        for (key, value) in [
+            ("graph.centres", self.graph.centres),
+            ("graph.point_neighbors", self.graph.point_neighbors),
+            ("graph.centre_neighbors", self.graph.centre_neighbors),
+            ("nodes", self.nodes),
+            ("transformer.max_degree", self.transformer.max_degree),
+            ("transformer.output.max_degree", self.transformer.output.max_degree),
+        ] {
+            if value == 0 {
+                return Err(NetError::Config(format!("mani_net.{key} must be at least 1, got 0")));
+            }
+        }
+        for (key, basis) in [("point_radial", self.point_radial), ("centre_radial", self.centre_radial)] {
+            if basis.count < 2 || !(basis.max_m.is_finite() && basis.max_m > 0.0) {
+                return Err(NetError::Config(format!(
+                    "mani_net.{key} needs count >= 2 and max_m > 0, got count = {} and max_m = {}",
+                    basis.count, basis.max_m
+                )));
+            }
+        }
+        self.transformer().validate()
+    }
+
+    /// Draws the weights.
+    ///
+    /// # Errors
+    /// As [`Self::validate`].
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Result<SE3ManiNet, NetError> {
+        self.validate()?;
+        let transformer = self.transformer();
+        let (hidden, output) = (transformer.input, transformer.output);
+        let from_points = TensorProductConvolutionConfig {
+            input: UniformFiber { max_degree: 0, channels: hidden.channels },
+            output: hidden,
+            radial: RadialMlpConfig { radial: self.point_radial.count, hidden: transformer.radial_hidden },
+        };
+        let place = FiberLinearConfig {
+            input: Fiber { channels: vec![hidden.channels, CENTRE_VECTORS] },
+            output: Fiber { channels: vec![hidden.channels; 2] },
+            bias: true,
+        };
+        let poses = FiberLinearConfig {
+            input: output.fiber(),
+            output: Fiber { channels: vec![3, POSE_VECTORS] },
+            bias: true,
+        };
+        Ok(SE3ManiNet {
+            embed: linear([3, hidden.channels], 1.0, true, device, rng),
+            from_points: from_points.init(device, rng),
+            place: place.init(device, rng),
+            transformer: transformer.init(device, rng)?,
+            heat_map: FiberHeatMapConfig { fiber: output.fiber(), nodes: self.nodes }.init(device, rng),
+            poses: poses.init(device, rng),
+            config: self.clone(),
+        })
+    }
+}
+
+/// From clouds to nodes with poses; see the module's description.
+#[derive(Module, Debug)]
+pub struct SE3ManiNet {
+    embed: Linear,
+    from_points: TensorProductConvolution,
+    place: FiberLinear,
+    transformer: SE3Transformer,
+    heat_map: FiberHeatMap,
+    poses: FiberLinear,
+    #[module(skip)]
+    config: SE3ManiNetConfig,
+}
+
+/// The K nodes of B scenes; everything is relative to the scene's centroid, lengths over the length scale ℓ.
+#[derive(Debug, Clone)]
+pub struct ManiNodes {
+    /// Centroids, world frame, metres.
+    pub centroids_m: Vec<[f64; 3]>,
+    /// Heat maps over the centres, `[B, K, M]`.
+    pub heat: Tensor<3>,
+    /// Heat-map positions, `[B·K, 3]`.
+    pub positions: Tensor<2>,
+    /// Features of every degree; degree 0 is the invariant ones.
+    pub features: FiberFeatures,
+    /// Orientations of the poses, `[B·K, 3, 3]`.
+    pub rotations: Tensor<3>,
+    /// Positions of the poses: the heat map's, and an offset in the pose's own frame, `[B·K, 3]`.
+    pub translations: Tensor<2>,
+}
+
+impl SE3ManiNet {
+    /// The sizes that the weights were drawn for.
+    pub fn config(&self) -> &SE3ManiNetConfig {
+        &self.config
+    }
+
+    /// Encodes scenes, each with its gripper.
+    ///
+    /// # Errors
+    /// As [`SceneBatch::collate`].
+    pub fn encode<'a>(
+        &self,
+        graphs: impl IntoIterator<Item = &'a CloudGraph>,
+        grippers: &[GripperState],
+        device: &Device,
+    ) -> Result<ManiNodes, NetError> {
+        let graphs: Vec<&CloudGraph> = graphs.into_iter().collect();
+        let SE3ManiNetConfig { point_radial, centre_radial, .. } = &self.config;
+        let batch =
+            SceneBatch::collate(graphs.iter().copied(), grippers, point_radial, centre_radial, device)?;
+        let frames = SceneFrames::new(&batch, graphs, self.config.transformer.max_degree, device);
+        Ok(self.forward(&batch, &frames))
+    }
+
+    /// The nodes of a batch.
+    pub fn forward(&self, batch: &SceneBatch, frames: &SceneFrames) -> ManiNodes {
+        let embedded = self.embed.forward(batch.colors.clone()).tanh();
+        let [points, channels] = embedded.dims();
+        let colors = FiberFeatures { degrees: vec![embedded.clone().reshape([1, points, channels])] };
+        let at_centres = embedded.select(0, batch.centres.clone());
+        let [centres, _] = at_centres.dims();
+        let own = FiberFeatures {
+            degrees: vec![at_centres.reshape([1, centres, channels]), batch.centre_vectors.clone()],
+        };
+        let features = self.from_points.forward(&colors, &frames.points) + self.place.forward(&own);
+        let features = self.transformer.forward(features, &frames.centres);
+
+        let heat = self.heat_map.weights(batch.len(), &features);
+        let nodes = FiberHeatMap::pool(&heat, &features);
+        // The centres' offsets from the centroid are the first of their vectors.
+        let offsets = FiberFeatures { degrees: vec![batch.centre_vectors.clone().narrow(2, 0, 1)] };
+        let positions = FiberHeatMap::pool(&heat, &offsets).degrees.remove(0);
+        let rows = positions.dims()[1];
+        let positions = positions.reshape([3, rows]).swap_dims(0, 1);
+
+        let poses = self.poses.forward(&nodes);
+        let column =
+            |index: usize| poses.degrees[1].clone().narrow(2, index, 1).reshape([3, rows]).swap_dims(0, 1);
+        let rotations = gram_schmidt(column(0), column(1));
+        let offset = rotations.clone().matmul(poses.scalars().reshape([rows, 3, 1])).reshape([rows, 3]);
+        ManiNodes {
+            centroids_m: batch.centroids_m.clone(),
+            heat,
+            translations: positions.clone() + offset,
+            positions,
+            features: nodes,
+            rotations,
+        }
+    }
+}
+
+impl ManiNodes {
+    /// How much the nodes of a scene look at the same points, `[1]`; as [`HeatMap::overlap`].
+    pub fn overlap(&self) -> Tensor<1> {
+        HeatMap::overlap(&self.heat)
+    }
+}

@@ -6,7 +6,8 @@
 //! - On a fixed grid the last step of every solver arrives at Ĥ¹(H^t, t) of the last grid time, with one evaluation. So one step
 //!   of any of them is Ĥ¹(H⁰, 0), and the prediction is never extrapolated beyond. The arrival is an Euler step and has a local
 //!   error of O(h²) times how much the drift still changes: orders 1 and 2 are kept, and order 4 where the drift settles on a
-//!   geodesic of the path towards the end; on a drift that does not, rk4 ends with order 2.
+//!   geodesic of the path towards the end; on a drift that does not, rk4 ends with order 2. All this supposes Ĥ¹(H, 1) = H. A
+//!   network holds to that only roughly, and what it is off by there makes the arrival's error O(h), whatever the solver.
 //! - The adaptive solver integrates in τ = −ln(1 − t), where the drift is the bare displacement towards Ĥ¹, up to t = 1 − 10⁻³, and
 //!   then arrives at Ĥ¹.
 //!

@@ -68,7 +68,8 @@ fn clouds(bencher: Bencher) {
 #[divan::bench]
 fn pictures_320_by_240(bencher: Bencher) {
     let bodies = scene().bodies();
-    bencher.counter(ItemsCount::new(1_usize)).bench(|| render(&bodies, &overview_camera(320, 240)));
+    let camera = overview_camera(&bodies, 320, 240);
+    bencher.counter(ItemsCount::new(1_usize)).bench(|| render(&bodies, &camera));
 }
 
 #[divan::bench(sample_count = 5, sample_size = 1)]

@@ -7,17 +7,18 @@ use std::path::PathBuf;
 
 use image::{Rgb, RgbImage};
 use reseflow_data::{
-    EpisodeKey, EpisodeObserver, Observation, PointCloud, RolloutConfig, Scene, Split, Tick, rollout,
+    EpisodeKey, EpisodeObserver, Observation, PointCloud, RolloutConfig, Scene, SceneBody, Split, Tick,
+    rollout,
 };
 use reseflow_sim::{overview_camera, render, task};
 
 const WIDTH: u32 = 400;
 const HEIGHT: u32 = 300;
 
-/// Keeps a picture of the end of each action step, and every cloud.
+/// Keeps how the scene looks at the end of each action step, and every cloud.
 #[derive(Default)]
 struct Album {
-    frames: Vec<RgbImage>,
+    frames: Vec<Vec<SceneBody>>,
     clouds: Vec<PointCloud>,
     ticks: usize,
 }
@@ -26,31 +27,29 @@ impl EpisodeObserver for Album {
     fn on_observation(&mut self, _step: usize, observation: &Observation, scene: &dyn Scene) {
         self.clouds.push(observation.cloud.clone());
         if self.frames.is_empty() {
-            self.frames.extend(picture(scene));
+            self.frames.push(scene.bodies());
         }
     }
 
     fn on_tick(&mut self, _tick: &Tick, scene: &mut dyn Scene) {
         self.ticks += 1;
         if self.ticks.is_multiple_of(10) {
-            self.frames.extend(picture(scene));
+            self.frames.push(scene.bodies());
         }
     }
 }
 
-fn picture(scene: &dyn Scene) -> Option<RgbImage> {
-    let drawn = render(&scene.bodies(), &overview_camera(WIDTH as usize, HEIGHT as usize));
-    RgbImage::from_raw(WIDTH, HEIGHT, drawn.pixels)
-}
-
 /// Frames side by side, four in a row.
-fn strip(frames: &[RgbImage]) -> RgbImage {
+fn strip(frames: &[Vec<SceneBody>]) -> RgbImage {
+    let camera = overview_camera(frames.iter().flatten(), WIDTH as usize, HEIGHT as usize);
     let columns = 4.min(frames.len()) as u32;
     let rows = (frames.len() as u32).div_ceil(columns.max(1));
     let mut sheet = RgbImage::from_pixel(columns * WIDTH, rows * HEIGHT, Rgb([255; 3]));
     for (index, frame) in frames.iter().enumerate() {
         let (x, y) = (index as u32 % columns * WIDTH, index as u32 / columns * HEIGHT);
-        image::imageops::replace(&mut sheet, frame, i64::from(x), i64::from(y));
+        if let Some(picture) = RgbImage::from_raw(WIDTH, HEIGHT, render(frame, &camera).pixels) {
+            image::imageops::replace(&mut sheet, &picture, i64::from(x), i64::from(y));
+        }
     }
     sheet
 }

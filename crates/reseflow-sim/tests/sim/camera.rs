@@ -4,7 +4,7 @@ use reseflow_data::{PointCloud, Split};
 use reseflow_lie::{SE3, Vector3};
 use reseflow_sim::{
     CameraSettings, PhysicsSettings, Selection, TriangleSetup, TriangleTask, configured_task, is_salient,
-    overview_camera, render, tasks,
+    overview_camera, render, task, tasks,
 };
 
 use crate::support::key;
@@ -174,12 +174,31 @@ fn a_picture_shows_table_gripper_and_corner() {
         "triangle_corner",
     ];
     assert_eq!(names, expected);
-    let whole = render(&bodies, &overview_camera(160, 120));
+    let camera = overview_camera(&bodies, 160, 120);
+    let whole = render(&bodies, &camera);
     assert_eq!(whole.pixels.len(), 3 * 160 * 120);
     for name in expected {
         let without: Vec<_> = bodies.iter().filter(|body| body.name != name).cloned().collect();
-        let other = render(&without, &overview_camera(160, 120));
+        let other = render(&without, &camera);
         let changed = whole.pixels.chunks(3).zip(other.pixels.chunks(3)).filter(|(a, b)| a != b).count();
         assert!(changed > 10, "{name} is hardly visible: {changed} pixels");
+    }
+}
+
+#[test]
+fn an_overview_shows_everything_but_the_table_whole() {
+    for name in tasks() {
+        let scene = task(name).unwrap().reset(&key(name, Split::Train, 15, 0)).unwrap();
+        let mut bodies = scene.bodies();
+        bodies.retain(|body| body.name != "table");
+        let camera = overview_camera(&bodies, 96, 72);
+        // On black, so that every pixel that is not the backdrop is a body's.
+        bodies.iter_mut().for_each(|body| body.color = [0, 0, 0]);
+        let picture = render(&bodies, &camera);
+        let is_dark = |column: usize, row: usize| picture.pixels[3 * (row * 96 + column)] < 100;
+        assert!((0..96).all(|column| !is_dark(column, 0) && !is_dark(column, 71)), "{name}");
+        assert!((0..72).all(|row| !is_dark(0, row) && !is_dark(95, row)), "{name}");
+        let dark = (0..72 * 96).filter(|pixel| is_dark(pixel % 96, pixel / 96)).count();
+        assert!(dark > 150, "{name} is small in its picture: {dark} pixels of 6912");
     }
 }

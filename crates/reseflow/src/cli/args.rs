@@ -115,7 +115,7 @@ pub struct GenArgs {
     /// The data set to write (an older file is replaced once the new one is complete)
     #[arg(long, value_name = "FILE.npz")]
     pub out: PathBuf,
-    /// A picture of the first episodes
+    /// A picture of the first episodes; beside it, with the ending .gif, the first one as a film
     #[arg(long, value_name = "FILE.png")]
     pub preview: Option<PathBuf>,
     /// Replay the stored actions open loop in the simulator and report how many episodes that solves
@@ -252,6 +252,9 @@ pub struct RolloutArgs {
     /// How many episodes the log holds
     #[arg(long, default_value = "5", value_parser = positive)]
     pub mcap_episodes: usize,
+    /// A picture of the first episodes; beside it, with the ending .gif, the first one as a film
+    #[arg(long, value_name = "FILE.png")]
+    pub preview: Option<PathBuf>,
     /// The result to write
     #[arg(long, value_name = "FILE.json")]
     pub out: PathBuf,

@@ -5,10 +5,7 @@ use serde::Serialize;
 use crate::cli::{GenArgs, SplitArg};
 use crate::demonstrations::{self, DemonstrationRequest, ReplayCheck};
 use crate::output::{OutputFile, Table, Terminal};
-use crate::rollouts::{PictureBook, Witness, find_split_task};
-
-/// Episodes in the preview.
-const PREVIEW_EPISODES: usize = 4;
+use crate::rollouts::{PREVIEW_EPISODES, PictureBook, PreviewFiles, Witness, find_split_task};
 
 #[derive(Debug, Serialize)]
 struct GenReport {
@@ -27,7 +24,7 @@ struct GenReport {
 pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let task = find_split_task(&args.task, args.split)?;
     let out = OutputFile::claim(&args.out)?;
-    let preview = args.preview.as_deref().map(OutputFile::claim).transpose()?;
+    let preview = args.preview.as_deref().map(PreviewFiles::claim).transpose()?;
 
     let request = DemonstrationRequest { split: args.split.into(), seed: args.seed, episodes: args.episodes };
     let progress = terminal.progress("episodes", args.episodes as u64);
@@ -55,8 +52,8 @@ pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()>
         progress.finish();
         replay = args.verify_replay.then_some(check);
     }
-    if let (Some(file), Some(pictures)) = (&preview, witness.finish()?) {
-        file.write(&pictures.png()?)?;
+    if let (Some(files), Some(pictures)) = (&preview, witness.finish()?) {
+        files.write(&pictures)?;
     }
 
     let report = GenReport {

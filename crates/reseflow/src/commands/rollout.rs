@@ -9,7 +9,8 @@ use crate::learning::load_policy;
 use crate::output::{OutputFile, Terminal};
 use crate::provenance::Provenance;
 use crate::rollouts::{
-    Actor, EpisodeResult, RolloutReport, RolloutRequest, Script, Witness, find_split_task, run_episodes,
+    Actor, EpisodeResult, PREVIEW_EPISODES, PictureBook, PreviewFiles, RolloutReport, RolloutRequest, Script,
+    Witness, find_split_task, run_episodes,
 };
 use reseflow_train::{DeviceKind, FlowPolicy};
 
@@ -60,9 +61,15 @@ fn run(
     if let Some(path) = &args.mcap {
         witness = witness.with_log(OutputFile::claim(path)?.path(), args.mcap_episodes)?;
     }
+    let preview = args.preview.as_deref().map(PreviewFiles::claim).transpose()?;
+    if preview.is_some() {
+        witness = witness.with_pictures(PictureBook::new(&args.policy, &task.spec()), PREVIEW_EPISODES);
+    }
     let progress = terminal.progress("rollouts", args.episodes as u64);
     let results = run_episodes(task, request, actor, &mut witness, &|| progress.advance())?;
     progress.finish();
-    witness.finish()?;
+    if let (Some(files), Some(pictures)) = (&preview, witness.finish()?) {
+        files.write(&pictures)?;
+    }
     Ok(results)
 }

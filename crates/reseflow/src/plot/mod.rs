@@ -1,11 +1,13 @@
 //! Pictures: curves as PNG, with a font of our own, so that they look the same on a machine without fonts.
 
 mod curves;
+mod film;
 mod font;
 mod line_plot;
 mod strip;
 
 pub use curves::{PredictorCurve, d_geo_against_steps, per_action_error, training_curve};
+pub use film::encode_gif;
 pub use line_plot::{LinePlot, Scale, Series};
 pub use strip::{Strip, StripRow};
 

@@ -12,11 +12,17 @@ pub use report::{LatencyMillis, RolloutReport};
 pub use turned::TurnedTask;
 pub use witness::Witness;
 
+use std::path::Path;
+
 use reseflow_data::Task;
 
 use crate::cli::SplitArg;
 use crate::config::nearest;
 use crate::error::bad_input;
+use crate::output::OutputFile;
+
+/// Episodes in a preview.
+pub const PREVIEW_EPISODES: usize = 4;
 
 /// The first noise seed, as in the paper.
 pub const FIRST_SEED: u64 = 3407;
@@ -44,4 +50,33 @@ pub fn find_task(name: &str) -> anyhow::Result<Box<dyn Task>> {
 pub fn find_split_task(name: &str, split: SplitArg) -> anyhow::Result<Box<dyn Task>> {
     let task = find_task(name)?;
     Ok(if split == SplitArg::Turned { Box::new(TurnedTask(task)) } else { task })
+}
+
+/// Where a preview goes: the strip of pictures that was asked for, and a film beside it.
+pub struct PreviewFiles {
+    strip: OutputFile,
+    film: OutputFile,
+}
+
+impl PreviewFiles {
+    /// Makes sure that `path`, and the `.gif` of the same name, can be written.
+    ///
+    /// # Errors
+    /// Bad input when they cannot, or when `path` is itself the name of a GIF.
+    pub fn claim(path: &Path) -> anyhow::Result<Self> {
+        let film = path.with_extension("gif");
+        if film == path {
+            return Err(bad_input(format!("{}: expected the name of a PNG picture", path.display())));
+        }
+        Ok(Self { strip: OutputFile::claim(path)?, film: OutputFile::claim(&film)? })
+    }
+
+    /// Draws the pictures.
+    ///
+    /// # Errors
+    /// When drawing or writing fails.
+    pub fn write(&self, pictures: &PictureBook) -> anyhow::Result<()> {
+        self.strip.write(&pictures.png()?)?;
+        self.film.write(&pictures.gif()?)
+    }
 }

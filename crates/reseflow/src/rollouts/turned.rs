@@ -135,10 +135,15 @@ mod tests {
     /// The expert, moved along with the world, does the same thing in it: the same outcome, and every pose moved by g.
     #[test]
     fn a_turned_episode_is_the_test_episode_moved() {
-        let plain = reseflow_sim::task("triangle").unwrap();
-        let turned = TurnedTask(reseflow_sim::task("triangle").unwrap());
-        let key =
-            EpisodeKey { task: "triangle".to_owned(), split: Split::Test, seed: 3, index: 0, attempt: 0 };
+        for name in reseflow_sim::tasks() {
+            check(name);
+        }
+    }
+
+    fn check(name: &str) {
+        let plain = reseflow_sim::task(name).unwrap();
+        let turned = TurnedTask(reseflow_sim::task(name).unwrap());
+        let key = EpisodeKey { task: name.to_owned(), split: Split::Test, seed: 3, index: 0, attempt: 0 };
         let spec = plain.spec();
         let config =
             RolloutConfig { observation_horizon: 2, n_action_steps: 3, disturb_before: None, policy_seed: 0 };
@@ -155,6 +160,15 @@ mod tests {
         for (a, b) in expected.episode.actions.iter().zip(&got.episode.actions) {
             let moved = move_action(&motion, a);
             assert!(geodesic_distance(&moved.world_from_gripper, &b.world_from_gripper).d_geo() < 1e-3);
+        }
+        let alternative = |task: &dyn Task| task.reset(&key).unwrap().alternative();
+        match (alternative(plain.as_ref()), alternative(&turned)) {
+            (Some(expected), Some(got)) => {
+                for (a, b) in expected.iter().zip(&got) {
+                    assert!(geodesic_distance(&(motion * *a), b).d_geo() < 1e-9);
+                }
+            }
+            (expected, got) => assert!(expected.is_none() && got.is_none(), "{name}"),
         }
         let (first, moved) = (&expected.episode.observations[0], &got.episode.observations[0]);
         for (a, b) in first.cloud.points.iter().zip(&moved.cloud.points) {

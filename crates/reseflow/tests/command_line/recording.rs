@@ -17,6 +17,8 @@ fn demonstrations_are_recorded_replayed_inspected_and_repeatable() {
     assert_eq!(report["replay"]["successes"], 6, "stored actions replay: {report}");
     let png = fs::read(bench.path("a.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
+    let gif = fs::read(bench.path("a.gif")).unwrap();
+    assert!(gif.starts_with(b"GIF89a") && gif.len() > 10_000);
 
     bench.json("gen --task triangle --episodes 6 --seed 5 --split validation --out b.npz --json");
     assert_eq!(
@@ -39,13 +41,16 @@ fn the_expert_succeeds_standing_still_does_not_and_both_are_logged() {
     let bench = Bench::new();
     let options = "--task triangle --episodes 6 --seed 2 --steps 1";
     let expert = bench.json(&format!(
-        "rollout --policy expert {options} --mcap l.mcap --mcap-episodes 2 --out e.json --json"
+        "rollout --policy expert {options} --mcap l.mcap --mcap-episodes 2 --preview e.png --out e.json --json"
     ));
     assert_eq!((&expert["episodes"], &expert["successes"]), (&Value::from(6), &Value::from(6)));
     let (low, high) = (expert["success_low"].as_f64().unwrap(), expert["success_high"].as_f64().unwrap());
     assert!((low - 0.6097).abs() < 1e-3 && high == 1.0, "Wilson's interval of 6 of 6: {low} to {high}");
     let file: Value = serde_json::from_slice(&fs::read(bench.path("e.json")).unwrap()).unwrap();
     assert_eq!(file["outcomes"], expert["outcomes"], "what is printed is what is written");
+
+    let film = fs::read(bench.path("e.gif")).unwrap();
+    assert!(film.starts_with(b"GIF89a") && fs::read(bench.path("e.png")).unwrap().starts_with(b"\x89PNG"));
 
     let turned = bench.json(&format!("rollout --policy expert {options} --split turned --out t.json --json"));
     assert_eq!((&turned["successes"], &turned["split"]), (&Value::from(6), &Value::from("turned")));

@@ -89,7 +89,7 @@ impl Stroke {
         (0..count).map(|index| self.place(index as f64 * step)).collect()
     }
 
-    /// The points of [`Stroke::places`], metres.
+    /// The points of `Stroke::places`, metres.
     pub fn points_m(&self, count: usize) -> Vec<[f64; 2]> {
         self.places(count).iter().map(|place| place.point_m).collect()
     }

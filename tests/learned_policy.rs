@@ -6,7 +6,8 @@ use reseflow_data::{Dataset, EpisodeKey, IgnoreEvents, Outcome, Policy, RolloutC
 use reseflow_net::{EncoderConfig, GraphConfig};
 use reseflow_sim::{GenerateRequest, generate, task};
 use reseflow_train::{
-    DeviceKind, FlowPolicy, ModelConfig, TrainConfig, TrainObserver, UpdateMetrics, ValidationMetrics, train,
+    DeviceKind, FlowPolicy, ModelConfig, TrainConfig, TrainObserver, TrainRequest, UpdateMetrics,
+    ValidationMetrics, train,
 };
 
 const SEED: u64 = 91;
@@ -41,7 +42,16 @@ fn trained(data: &Dataset, updates: usize) -> FlowPolicy {
     };
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("policy");
-    train(&model, &config, data, None, DeviceKind::Cpu, &out, &mut Silent).unwrap();
+    let request = TrainRequest {
+        model: &model,
+        train: &config,
+        demonstrations: data,
+        validation: None,
+        start: None,
+        device: DeviceKind::Cpu,
+        out: &out,
+    };
+    train(&request, &mut Silent).unwrap();
     FlowPolicy::load(&out, DeviceKind::Cpu).unwrap()
 }
 

@@ -9,17 +9,16 @@ use reseflow_flow::{EndpointTargets, LossContext, LossParts, NodeTargets, PriorF
 use reseflow_net::{CloudGraph, DriftNet, HeatMap, TokenBatch};
 
 use crate::convert::{graph, token, tokens};
-use crate::{ModelConfig, TrainConfig, TrainError};
+use crate::{TrainConfig, TrainError, TrainRequest};
 
 /// Draws windows and the loss's inputs, and evaluates the loss of `net`.
 pub(crate) fn shard_loss(
     net: &DriftNet,
-    data: &Dataset,
-    model: &ModelConfig,
-    train: &TrainConfig,
+    request: &TrainRequest<'_>,
     device: &Device,
     rng: &mut ChaCha8Rng,
 ) -> Result<LossParts, TrainError> {
+    let TrainRequest { model, train, demonstrations: data, .. } = *request;
     let decoder = &model.network.decoder;
     let count = train.batch_size / train.shards;
     let (mut frames, mut states, mut noisy, mut targets, mut weights, mut times) =

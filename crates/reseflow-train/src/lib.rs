@@ -10,10 +10,12 @@ mod error;
 mod field;
 mod gradients;
 mod policy;
+mod request;
 mod trainer;
 
 pub use config::{ModelConfig, TrainConfig};
 pub use device::DeviceKind;
 pub use error::TrainError;
 pub use policy::{FlowPolicy, PolicySample};
+pub use request::TrainRequest;
 pub use trainer::{TrainObserver, TrainSummary, UpdateMetrics, ValidationMetrics, train};

@@ -1,4 +1,4 @@
-//! The training loop of Flow 1.
+//! The training loop of both flows.
 
 use std::io::Write;
 use std::path::Path;
@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::batch::shard_loss;
 use crate::ema::WeightAverage;
 use crate::gradients::clip_global_norm;
-use crate::{DeviceKind, FlowPolicy, ModelConfig, TrainConfig, TrainError, checkpoint};
+use crate::{FlowPolicy, ModelConfig, TrainError, TrainRequest, checkpoint};
 
 /// The noise seed of validations.
 const VALIDATION_SEED: u64 = 3407;
@@ -69,19 +69,15 @@ pub struct TrainSummary {
     pub validation: Option<ValidationMetrics>,
 }
 
-/// Trains Flow 1 and leaves a checkpoint in the folder `out`, which appears whole or not at all.
+/// Trains a flow and leaves a checkpoint in the folder `request.out`, which appears whole or not at all.
 ///
 /// # Errors
 /// Bad configurations, a loss that is not finite, and what the file system reports.
 pub fn train(
-    model: &ModelConfig,
-    train: &TrainConfig,
-    demonstrations: &Dataset,
-    validation: Option<&Dataset>,
-    device: DeviceKind,
-    out: &Path,
+    request: &TrainRequest<'_>,
     observer: &mut dyn TrainObserver,
 ) -> Result<TrainSummary, TrainError> {
+    let TrainRequest { model, train, demonstrations, validation, out, .. } = *request;
     model.validate()?;
     train.validate()?;
     for data in std::iter::once(demonstrations).chain(validation) {
@@ -97,16 +93,16 @@ pub fn train(
     let metrics = std::fs::File::create(folder.join(checkpoint::METRICS)).map_err(io)?;
     let mut metrics = std::io::BufWriter::new(metrics);
 
-    let base = device.device();
+    let base = request.device.device();
     let device = base.clone().autodiff();
-    let mut net = model.network.init(&device, &mut stream(train.seed, 0));
+    let mut net = first_weights(request, &device)?;
     let mut optimizer = AdamWConfig::new().with_weight_decay(train.weight_decay as f32).init();
     let mut average = WeightAverage::new(train.ema_decay);
     let mut last_validation = None;
     let started = Instant::now();
 
     for update in 1..=train.updates {
-        let (mut gradients, loss) = gradients(&net, demonstrations, model, train, &device, update)?;
+        let (mut gradients, loss) = gradients(&net, request, &device, update)?;
         if !loss.is_finite() {
             return Err(TrainError::Diverged { update });
         }
@@ -135,6 +131,19 @@ pub fn train(
     Ok(TrainSummary { parameters: net.num_params(), seconds, validation: last_validation })
 }
 
+/// The averaged weights of the checkpoint to start from, or freshly drawn ones.
+fn first_weights(request: &TrainRequest<'_>, device: &Device) -> Result<DriftNet, TrainError> {
+    let Some(start) = request.start else {
+        return Ok(request.model.network.init(device, &mut stream(request.train.seed, 0)));
+    };
+    let (net, model) = checkpoint::read(start, device)?;
+    if model.network != request.model.network {
+        let fault = "its network is not the one to be trained, so training cannot start from it".to_owned();
+        return Err(TrainError::Checkpoint { path: start.to_owned(), fault });
+    }
+    Ok(net)
+}
+
 /// Makes sure that every episode has something to learn or to compare with.
 fn check(data: &Dataset) -> Result<(), TrainError> {
     if data.episodes.is_empty() {
@@ -152,18 +161,17 @@ fn check(data: &Dataset) -> Result<(), TrainError> {
 /// of the shards, so the result does not depend on which thread is first.
 fn gradients(
     net: &DriftNet,
-    data: &Dataset,
-    model: &ModelConfig,
-    train: &TrainConfig,
+    request: &TrainRequest<'_>,
     device: &Device,
     update: usize,
 ) -> Result<(GradientsParams, f64), TrainError> {
+    let train = request.train;
     let shards: Vec<_> = (0..train.shards).map(|shard| (shard, net.clone().fork(device))).collect();
     let results: Vec<Result<(GradientsParams, f64), TrainError>> = std::thread::scope(|scope| {
         let work = |(shard, net): (usize, DriftNet)| {
             scope.spawn(move || {
                 let mut rng = stream(train.seed, (update * train.shards + shard) as u64);
-                let parts = shard_loss(&net, data, model, train, device, &mut rng)?;
+                let parts = shard_loss(&net, request, device, &mut rng)?;
                 let loss = parts.total.div_scalar(train.shards as f64);
                 let value = loss.clone().into_scalar::<f64>();
                 Ok((GradientsParams::from_grads(loss.backward(), &net), value))

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use reseflow_data::{Dataset, ObservationHistory};
 use reseflow_train::{
-    DeviceKind, FlowPolicy, PolicySample, TrainObserver, TrainSummary, UpdateMetrics, ValidationMetrics,
-    train,
+    DeviceKind, FlowPolicy, PolicySample, TrainObserver, TrainRequest, TrainSummary, UpdateMetrics,
+    ValidationMetrics, train,
 };
 
 use crate::cli::DeviceArg;
@@ -69,8 +69,16 @@ pub fn train_policy(
         progress: terminal.progress("training", config.train.updates as u64),
         score: String::new(),
     };
-    let summary =
-        train(&config.model, &config.train, demonstrations, validation, config.device, out, &mut display)?;
+    let request = TrainRequest {
+        model: &config.model,
+        train: &config.train,
+        demonstrations,
+        validation,
+        start: None,
+        device: config.device,
+        out,
+    };
+    let summary = train(&request, &mut display)?;
     display.progress.finish();
     Ok(summary)
 }

@@ -9,8 +9,8 @@ use reseflow_lie::geodesic_distance;
 use reseflow_net::{DecoderConfig, DriftNetConfig, EncoderConfig, GraphConfig, RadialBasis};
 use reseflow_sim::{GenerateRequest, generate, task};
 use reseflow_train::{
-    DeviceKind, FlowPolicy, ModelConfig, PolicySample, TrainConfig, TrainError, TrainObserver, TrainSummary,
-    UpdateMetrics, ValidationMetrics, train,
+    DeviceKind, FlowPolicy, ModelConfig, PolicySample, TrainConfig, TrainError, TrainObserver, TrainRequest,
+    TrainSummary, UpdateMetrics, ValidationMetrics, train,
 };
 
 /// The expert's demonstrations of the rotating triangle.
@@ -123,7 +123,16 @@ impl Shelf {
         validation: Option<&Dataset>,
     ) -> Result<(TrainSummary, Journal), TrainError> {
         let (mut journal, out) = (Journal::default(), self.path(name));
-        let summary = train(model, config, data, validation, DeviceKind::Cpu, &out, &mut journal)?;
+        let request = TrainRequest {
+            model,
+            train: config,
+            demonstrations: data,
+            validation,
+            start: None,
+            device: DeviceKind::Cpu,
+            out: &out,
+        };
+        let summary = train(&request, &mut journal)?;
         Ok((summary, journal))
     }
 

@@ -106,8 +106,9 @@ impl NeighborAttention {
         let queries = edges.at_receivers(&self.query.forward(features), self.product.outputs[0].max_degree);
         let width = channels / heads;
         let products = (queries.narrow(1, 0, rows) * keys).sum_dim(1).reshape([count, heads, width]);
-        let scale = ((rows * width) as f64).sqrt();
-        let logits = products.sum_dim(2).div_scalar(scale).reshape([receivers, per_receiver, heads]);
+        // A product, because the gradient of burn's division by a number is rounded to f32.
+        let scale = ((rows * width) as f64).sqrt().recip();
+        let logits = products.sum_dim(2).mul_scalar(scale).reshape([receivers, per_receiver, heads]);
         let envelope = edges.edges.weights.clone().reshape([receivers, per_receiver, 1]);
         let weights = softmax(logits, 1) * envelope;
         let total = weights.clone().sum_dim(1).add_scalar(EPSILON);

@@ -44,7 +44,8 @@ impl FiberLayerNorm {
         let scalars = degrees.next().map(|scalars| self.scalars.forward(scalars));
         let others = degrees.zip(&self.scales).map(|(degree, scale)| {
             let [components, _, channels] = degree.dims();
-            let squares = degree.clone().square().sum_dim(0).mean_dim(2).div_scalar(components as f64);
+            let squares =
+                degree.clone().square().sum_dim(0).mean_dim(2).mul_scalar((components as f64).recip());
             degree / squares.add_scalar(EPSILON).sqrt() * scale.val().reshape([1, 1, channels])
         });
         FiberFeatures { degrees: scalars.into_iter().chain(others).collect() }

@@ -84,8 +84,8 @@ impl SE3TransformerConfig {
     /// [`NetError::Config`] naming the first key that does not.
     pub fn validate(&self) -> Result<(), NetError> {
         for (key, value) in [
-            ("input.channels", self.input.channels),
             ("channels", self.channels),
+            ("input.channels", self.input.channels),
             ("output.channels", self.output.channels),
             ("channels_div", self.channels_div),
             ("radial", self.radial),

@@ -10,6 +10,7 @@
 mod support;
 
 mod checkpoint;
+mod degree_checkpoint;
 mod refusals;
 
 use burn::tensor::FloatDType;

@@ -3,8 +3,9 @@
 use burn::tensor::Device;
 use rand_chacha::ChaCha8Rng;
 use reseflow_lie::SE3;
-use reseflow_net::{CloudGraph, DriftNet, GraphConfig, GripperState};
+use reseflow_net::{CloudGraph, DriftNet, GraphConfig, GripperState, Nonlinearity, SE3ManiNet};
 
+use crate::support::mani_net::{features_on_host, poses_on_host, small_mani_net};
 use crate::support::scene::{Cloud, gripper, random_colors};
 use crate::support::weights::shaken;
 use crate::support::{assert_caught, assert_small, devices, rng, small, values, worse, worst_difference};
@@ -82,6 +83,13 @@ fn encoded(net: &DriftNet, graph: &CloudGraph, device: &Device) -> Vec<f64> {
     all
 }
 
+/// The same of SE3ManiNet.
+fn mani_nodes(net: &SE3ManiNet, graph: &CloudGraph, device: &Device) -> Vec<f64> {
+    let nodes = net.encode([graph], &[home()], device).expect("the graph has the network's sizes");
+    let parts = [features_on_host(&nodes), poses_on_host(&nodes)];
+    parts.into_iter().flat_map(|part| part.degrees).flatten().collect()
+}
+
 /// The graph without its envelope: every neighbour weighs the same.
 fn without_envelope(mut graph: CloudGraph) -> CloudGraph {
     graph.point_edges.weights.fill(1.0 / GRAPH.point_neighbors as f64);
@@ -113,5 +121,35 @@ fn the_encoder_does_not_jump_where_neighbours_change() {
         assert!(found >= 5, "only {found} crossings");
         assert_small(&format!("{name} jump at {found} changes of neighbours"), jump, 1e-10);
         assert_caught(&format!("{name} smallest jump without the envelope"), jump_without, 1e-5);
+    }
+}
+
+/// Every crossing changes the messages from points to centres; the centres' own graph is that of the corners.
+#[test]
+fn mani_net_does_not_jump_where_neighbours_change() {
+    for (name, device) in devices() {
+        let (mut found, mut jump, mut jump_without) = (0, 0.0, f64::INFINITY);
+        for (stream, nonlinearity) in (450..454).zip([Nonlinearity::Norm, Nonlinearity::Gated].iter().cycle())
+        {
+            let mut rng = rng(stream);
+            let mut config = small_mani_net(*nonlinearity);
+            config.graph = GRAPH;
+            let net = config.init(&device, &mut rng).expect("the sizes make sense");
+            let net = shaken(net, 0.05, &mut rng);
+            let passage = Passage::draw(&mut rng);
+            for (low, high) in passage.crossings() {
+                let [before, after] = [low, high].map(|s| passage.graph(s));
+                let difference = |before: &CloudGraph, after: &CloudGraph| {
+                    worst_difference(&mani_nodes(&net, before, &device), &mani_nodes(&net, after, &device))
+                };
+                found += 1;
+                jump = worse(jump, difference(&before, &after));
+                let hard = difference(&without_envelope(before), &without_envelope(after));
+                jump_without = jump_without.min(hard);
+            }
+        }
+        assert!(found >= 4, "only {found} crossings");
+        assert_small(&format!("{name} SE3ManiNet, jump at {found} changes of neighbours"), jump, 1e-9);
+        assert_caught(&format!("{name} SE3ManiNet, smallest jump without the envelope"), jump_without, 1e-5);
     }
 }

@@ -1,17 +1,19 @@
-//! The gradient of a generic loss against central differences, parameter by parameter and along directions through all of them.
+//! The gradient of a generic loss against central differences of fourth order, parameter by parameter and along directions through all of them.
 
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor};
-use reseflow_net::DriftNet;
+use reseflow_net::{DriftNet, Nonlinearity, SE3ManiNet};
 
+use crate::support::degree_laws::mani_net_loss;
 use crate::support::gradients::{NamedGradient, generic_loss, named_gradients};
 use crate::support::laws::example;
-use crate::support::scene::Scene;
+use crate::support::mani_net::small_mani_net;
+use crate::support::scene::{Cloud, Scene};
 use crate::support::weights::shaken;
 use crate::support::{assert_small, devices, normals, rng, small, tensor, values, worse, worst_difference};
 
 /// Length of the step along a unit vector.
-const STEP: f64 = 1e-5;
+const STEP: f64 = 1e-4;
 
 /// A direction in the space of all parameters: one list of components a tensor, in the module's order.
 type Direction = Vec<Vec<f64>>;
@@ -31,7 +33,7 @@ impl ModuleMapper for Advance<'_> {
     }
 }
 
-fn advanced(net: &DriftNet, direction: &Direction, step: f64) -> DriftNet {
+fn advanced<M: Module>(net: &M, direction: &Direction, step: f64) -> M {
     net.clone().map(&mut Advance { direction: direction.iter(), step })
 }
 
@@ -63,11 +65,15 @@ fn scenes() -> [Scene; 2] {
     [0, 1].map(|index| example(index, &small()))
 }
 
-#[test]
-fn the_gradient_is_the_slope_of_the_loss() {
-    // On flex alone: ndarray's sigmoid rounds to f32 whatever the float type, too coarse for differences.
-    let [(_, device), _] = devices();
-    let gradients = gradient(&device);
+/// Asserts that `gradients` are the slopes of `loss` around `net`, along several directions through all parameters and one
+/// through each.
+fn assert_slopes<M: Module>(
+    what: &str,
+    net: &M,
+    gradients: &[NamedGradient],
+    loss: impl Fn(&M) -> Tensor<1>,
+    fewest_directions: usize,
+) {
     let mut rng = rng(32);
     let mut draw =
         || -> Direction { gradients.iter().map(|(_, gradient)| normals(gradient.len(), &mut rng)).collect() };
@@ -77,18 +83,44 @@ fn the_gradient_is_the_slope_of_the_loss() {
     for (index, (parameter, _)) in gradients.iter().enumerate() {
         directions.push((parameter, unit(&through_each, |other| other == index)));
     }
-    assert!(directions.len() > 50, "too few directions");
-
-    let net = network(&device);
-    for (what, direction) in directions {
-        let at = |step| values(&generic_loss(&advanced(&net, &direction, step), &scenes(), &device))[0];
-        let slope = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+    assert!(directions.len() >= fewest_directions, "only {} directions", directions.len());
+    for (along, direction) in directions {
+        let at = |step| values(&loss(&advanced(net, &direction, step)))[0];
+        let slope = (8.0 * (at(STEP) - at(-STEP)) - at(2.0 * STEP) + at(-2.0 * STEP)) / (12.0 * STEP);
         let products = gradients.iter().zip(&direction).flat_map(|((_, gradient), direction)| {
             gradient.iter().zip(direction).map(|(gradient, direction)| gradient * direction)
         });
         let expected: f64 = products.sum();
         let error = (slope - expected).abs() / expected.abs().max(1e-2);
-        assert_small(&format!("slope along {what}"), error, 1e-6);
+        assert_small(&format!("slope of {what} along {along}"), error, 1e-6);
+    }
+}
+
+#[test]
+fn the_gradient_is_the_slope_of_the_loss() {
+    // On flex alone: ndarray's sigmoid rounds to f32 whatever the float type, too coarse for differences.
+    let [(_, device), _] = devices();
+    let gradients = gradient(&device);
+    let loss = |net: &DriftNet| generic_loss(net, &scenes(), &device);
+    assert_slopes("the drift", &network(&device), &gradients, loss, 50);
+}
+
+#[test]
+fn the_gradient_of_mani_net_is_the_slope_of_its_loss() {
+    let [(_, device), _] = devices();
+    for nonlinearity in [Nonlinearity::Norm, Nonlinearity::Gated] {
+        let net = |device: &Device| {
+            let mut rng = rng(33);
+            let net = small_mani_net(nonlinearity).init(device, &mut rng).expect("the sizes make sense");
+            shaken(net, 0.05, &mut rng)
+        };
+        let clouds = [30, 9].map(|count| Cloud::in_a_box(count, &mut rng(34)));
+        let tracked = device.clone().autodiff();
+        let tracked_net = net(&tracked);
+        let gradients = mani_net_loss(&tracked_net, &clouds, &tracked).backward();
+        let gradients = named_gradients(&tracked_net, &gradients);
+        let loss = |net: &SE3ManiNet| mani_net_loss(net, &clouds, &device);
+        assert_slopes(&format!("SE3ManiNet, {nonlinearity:?},"), &net(&device), &gradients, loss, 50);
     }
 }
 

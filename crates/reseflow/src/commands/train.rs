@@ -15,10 +15,7 @@ pub(super) fn execute(args: &TrainArgs, terminal: &Terminal) -> anyhow::Result<(
     }
     let demonstrations = Dataset::read(&args.data)?;
     let validation = args.validation.as_deref().map(Dataset::read).transpose()?;
-    // The folder itself appears with the finished checkpoint, so only the one around it is claimed.
-    if let Some(parent) = args.out.parent().filter(|parent| !parent.as_os_str().is_empty()) {
-        OutputFolder::claim(parent)?;
-    }
+    OutputFolder::claim_around(&args.out)?;
     let summary = train_policy(&config, &demonstrations, validation.as_ref(), &args.out, terminal)?;
     terminal.say(format!("checkpoint: {}", args.out.display()));
     terminal.machine(&summary)

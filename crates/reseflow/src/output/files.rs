@@ -91,6 +91,17 @@ impl OutputFolder {
         Ok(Self(path.to_owned()))
     }
 
+    /// Makes sure that the folder `path` can appear later, whole: that the one around it can be written, creating that.
+    ///
+    /// # Errors
+    /// Bad input when it cannot.
+    pub fn claim_around(path: &Path) -> anyhow::Result<()> {
+        match path.parent() {
+            Some(around) if !around.as_os_str().is_empty() => make_writable(around, path),
+            _ => make_writable(Path::new("."), path),
+        }
+    }
+
     /// The path of `name` in this folder.
     pub fn join(&self, name: impl AsRef<Path>) -> PathBuf {
         self.0.join(name)

@@ -264,3 +264,36 @@ proptest! {
         }
     }
 }
+
+/// Every text in a JSON value that is a path of a message: `/topic` or `/topic.key`, as keys and as values.
+fn message_paths(value: &serde_json::Value) -> Vec<String> {
+    let own = |text: &str| text.starts_with('/').then(|| text.to_owned());
+    match value {
+        serde_json::Value::String(text) => own(text).into_iter().collect(),
+        serde_json::Value::Array(items) => items.iter().flat_map(message_paths).collect(),
+        serde_json::Value::Object(entries) => {
+            entries.iter().flat_map(|(key, value)| own(key).into_iter().chain(message_paths(value))).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn the_foxglove_layout_shows_topics_and_keys_that_logs_have() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let mut log = McapLog::create(&path).unwrap();
+    record(&mut log, |_, _| ());
+    log.finish().unwrap();
+    let messages = read(&path);
+
+    let layout = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/foxglove_layout.json");
+    let layout: serde_json::Value = serde_json::from_slice(&std::fs::read(layout).unwrap()).unwrap();
+    let shown = message_paths(&layout["configById"]);
+    assert!(shown.len() >= 9, "{shown:?}");
+    for path in shown {
+        let (topic, key) = path.split_once('.').unwrap_or((&path, ""));
+        let last = messages.get(topic).unwrap_or_else(|| panic!("no message on {topic}")).last().unwrap();
+        assert!(key.is_empty() || json(last)[key].is_number(), "{path} is no number");
+    }
+}

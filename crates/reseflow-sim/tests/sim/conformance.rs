@@ -41,6 +41,13 @@ fn the_registry_knows_its_names_and_no_others() {
 }
 
 #[test]
+fn clouds_have_the_papers_sizes() {
+    for (name, points) in [("door", 128), ("painting", 256), ("triangle", 100)] {
+        assert_eq!(task(name).unwrap().spec().points, points);
+    }
+}
+
+#[test]
 fn the_specification_holds_in_every_frame() {
     every_task(|task| {
         let spec = task.spec();

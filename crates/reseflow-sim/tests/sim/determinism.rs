@@ -8,7 +8,7 @@ use reseflow_sim::{GenerateRequest, Generated, generate, task, tasks};
 use crate::support::{digest, key, run, run_observed};
 
 fn made(name: &str, threads: usize) -> Generated {
-    let request = GenerateRequest { threads: Some(threads), ..GenerateRequest::new(Split::Train, 21, 3) };
+    let request = GenerateRequest { threads: Some(threads), ..GenerateRequest::new(Split::Train, 21, 2) };
     generate(task(name).unwrap().as_ref(), &request, &|| ()).unwrap()
 }
 

@@ -4,9 +4,9 @@ use rand::{Rng, RngExt};
 use rayon::prelude::*;
 use reseflow_data::{Action, Halt, Scene, Split, Task};
 use reseflow_lie::{SE3, SO3, Vector3};
-use reseflow_sim::{Scripted, TriangleSetup, TriangleTask, task, tasks};
+use reseflow_sim::{TriangleSetup, TriangleTask, task, tasks};
 
-use crate::support::{key, run};
+use crate::support::key;
 
 fn setup() -> TriangleSetup {
     TriangleSetup::draw(&key("triangle", Split::Train, 1, 1))
@@ -97,40 +97,61 @@ fn a_triangle_without_size_is_a_fault_of_the_setup() {
     assert!(fault.to_string().contains("without volume"), "{fault}");
 }
 
-/// Commands that no sane policy gives: anywhere near the table, openings beyond their range, now and then a NaN.
-fn wild_actions(rng: &mut impl Rng) -> Vec<Action> {
+/// A command that no sane policy gives: anywhere near the table, an opening beyond its range, now and then a NaN.
+fn wild_action(rng: &mut impl Rng) -> Action {
     let home =
         SE3::new(SO3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0)), Vector3::new(0.0, 0.0, 0.12));
     let (spread_rad, spread_m) = (rng.random_range(0.0..1.0), rng.random_range(0.0..0.15));
-    let wild = |_| {
-        let mut action = Action {
-            world_from_gripper: SE3::sample_gaussian(&home, spread_rad, spread_m, rng),
-            opening: rng.random_range(-0.5..=1.5),
-        };
-        if rng.random_range(0..50) == 0 {
-            action.opening = f64::NAN;
-        }
-        action
+    let mut action = Action {
+        world_from_gripper: SE3::sample_gaussian(&home, spread_rad, spread_m, rng),
+        opening: rng.random_range(-0.5..=1.5),
     };
-    (0..10).map(wild).collect()
+    match rng.random_range(0..40) {
+        0 => action.opening = f64::NAN,
+        1 => action.world_from_gripper.translation.z = f64::NEG_INFINITY,
+        _ => {}
+    }
+    action
+}
+
+/// A short episode of wild commands: how it ended, and whether the scene kept its word about ending.
+fn wild_episode(task: &dyn Task, index: u64) -> Option<Halt> {
+    let key = key(&task.spec().name, Split::Test, 9, index);
+    let mut rng = key.rng("wild actions");
+    let mut scene = task.reset(&key).unwrap();
+    let first = scene.observe();
+    let mut command = Action { world_from_gripper: first.world_from_gripper, opening: first.gripper_opening };
+    let mut halt = None;
+    for _ in 0..3 {
+        let target = wild_action(&mut rng);
+        for tick in 1..=8 {
+            let now = command.interpolate(&target, f64::from(tick) / 8.0);
+            match scene.tick(&now) {
+                Ok(tick) => assert!(halt.is_none() && tick.measure.is_finite()),
+                Err(reason) => assert_eq!(*halt.get_or_insert(reason), reason),
+            }
+        }
+        command = target;
+    }
+    let outcome = scene.judge();
+    assert!(outcome.measure.is_finite() && !(outcome.success && outcome.halt.is_some()));
+    assert!(halt.is_none() || outcome.halt == halt);
+    assert!(scene.observe().cloud.points.iter().flatten().all(|x| x.is_finite()));
+    outcome.halt
 }
 
 #[test]
-fn wild_actions_end_in_an_outcome() {
+fn a_thousand_wild_episodes_end_in_an_outcome_each() {
+    let per_task = 1000_u64.div_ceil(tasks().len() as u64);
     for name in tasks() {
-        let task: Box<dyn Task> = task(name).unwrap();
-        let halts: Vec<Option<Halt>> = (0..40_u64)
-            .into_par_iter()
-            .map(|index| {
-                let key = key(name, Split::Test, 9, index);
-                let mut policy = Scripted::new("wild", wild_actions(&mut key.rng("wild actions")));
-                let outcome = run(task.as_ref(), &key, Some(&mut policy)).outcome;
-                assert!(outcome.measure.is_finite());
-                outcome.halt
-            })
-            .collect();
-        assert!(halts.iter().any(Option::is_none), "every wild episode was halted: the test is too wild");
-        assert!(halts.contains(&Some(Halt::NonFiniteAction)));
-        assert!(!halts.contains(&Some(Halt::Diverged)), "the engine diverged");
+        let task = task(name).unwrap();
+        let halts: Vec<Option<Halt>> =
+            (0..per_task).into_par_iter().map(|index| wild_episode(task.as_ref(), index)).collect();
+        let count = |halt: Option<Halt>| halts.iter().filter(|got| **got == halt).count();
+        assert!(count(None) > 10, "{name}: only {} wild episodes were not halted", count(None));
+        for reason in [Halt::NonFiniteAction, Halt::OutOfReach] {
+            assert!(count(Some(reason)) > 2, "{name}: {reason} came {} times", count(Some(reason)));
+        }
+        assert_eq!(count(Some(Halt::Diverged)), 0, "{name}: the engine diverged");
     }
 }

@@ -51,7 +51,7 @@ fn objects_move_by_contact_only_and_hardly_sink_in() {
     for name in tasks() {
         let task = task(name).unwrap();
         let records: Vec<Record> =
-            (0..12_u64).into_par_iter().map(|index| expert_record(task.as_ref(), index)).collect();
+            (0..8_u64).into_par_iter().map(|index| expert_record(task.as_ref(), index)).collect();
         let mut depths: Vec<f64> = Vec::new();
         for record in &records {
             let moved = record.measure_before_touch;
@@ -104,7 +104,7 @@ fn halving_the_step_changes_no_success_and_little_else() {
     for name in tasks() {
         let task = |physics| configured_task(name, physics, CameraSettings::default()).unwrap();
         let (coarse, fine) = (task(coarse), task(fine));
-        (0..8_u64).into_par_iter().for_each(|index| {
+        (0..5_u64).into_par_iter().for_each(|index| {
             let key = key(name, Split::Test, 8, index);
             let (a, b) = (run(coarse.as_ref(), &key, None).outcome, run(fine.as_ref(), &key, None).outcome);
             assert_eq!(a.success, b.success);

@@ -163,18 +163,19 @@ mod tests {
 
     #[test]
     fn every_configuration_that_is_shipped_is_valid() {
-        let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../configs"));
+        let mut folders = vec![PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../configs"))];
         let mut read = 0;
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.extension().is_some_and(|extension| extension == "toml") {
+        while let Some(path) = folders.pop() {
+            if path.is_dir() {
+                folders.extend(std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
+            } else if path.extension().is_some_and(|extension| extension == "toml") {
                 let config: ExperimentConfig = load(&path, &[]).unwrap();
                 config.validate().unwrap();
                 assert!(reseflow_sim::tasks().contains(&config.task.as_str()), "{}", path.display());
                 read += 1;
             }
         }
-        assert!(read > 0, "no configuration was found");
+        assert!(read > 3, "{read} configurations were found, expected the quick start's and the paper's");
     }
 
     #[test]

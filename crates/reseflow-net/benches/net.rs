@@ -1,4 +1,7 @@
-//! What the network costs at its default size: `cargo bench -p reseflow-net`.
+//! What the network costs at its default size: `cargo bench -p reseflow-net`. `net/degrees.rs` has the layers of all degrees.
+
+#[path = "net/degrees.rs"]
+mod degrees;
 
 use burn::tensor::{Device, Tensor};
 use divan::{Bencher, black_box};

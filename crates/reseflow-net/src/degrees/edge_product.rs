@@ -77,6 +77,34 @@ impl EdgeProduct {
             .sum()
     }
 
+    /// Multiplications and additions of [`Self::forward`] for one edge: one of each where A or B meets a component.
+    pub fn operations(&self) -> usize {
+        let at = |order: usize| {
+            let (rows, columns) = self.block(order);
+            if order == 0 { 2 * rows * columns } else { 4 * rows * columns }
+        };
+        (0..=self.max_order()).map(at).sum()
+    }
+
+    /// The same of [`Self::forward_by_paths`], its dense coefficients and the sum that makes path weights not counted.
+    pub fn operations_by_paths(&self) -> usize {
+        let components = |degree: usize| 2 * degree + 1;
+        let mut sum = 0;
+        for output in &self.outputs {
+            for degree_out in 0..=output.max_degree {
+                for degree_in in 0..=self.input.max_degree {
+                    for degree_edge in degree_in.abs_diff(degree_out)..=degree_in + degree_out {
+                        let (ins, outs) = (components(degree_in), components(degree_out));
+                        let basis = components(degree_edge) * ins * outs;
+                        let channels = self.input.channels * (ins + output.channels);
+                        sum += 2 * (basis + outs * channels);
+                    }
+                }
+            }
+        }
+        sum
+    }
+
     /// Where `weight` lies among the weights of an edge.
     pub fn position(&self, weight: &KernelWeight) -> usize {
         let KernelWeight { order, part, input, output_index, output } = *weight;
@@ -199,5 +227,22 @@ mod tests {
         };
         assert_eq!(weights.len(), 2 * (3 * paths(1) + paths(4)));
         assert_eq!(product.weight_count(), weights.len());
+    }
+
+    /// One scalar to one scalar is one product; from a vector to a vector by hand: m = 0 is one, m = 1 mixes two numbers with two
+    /// matrices.
+    #[test]
+    fn operations_are_those_counted_by_hand() {
+        let uniform = |max_degree, channels| UniformFiber { max_degree, channels };
+        let product = |degree, channels| EdgeProduct {
+            input: uniform(degree, channels),
+            outputs: vec![uniform(degree, channels)],
+        };
+        assert_eq!(product(0, 3).operations(), 2 * 9);
+        assert_eq!(product(1, 1).operations(), 2 * 4 + 2 * 4);
+        assert_eq!(product(0, 3).operations_by_paths(), 2 * (1 + 3 * (1 + 3)));
+        for degree in 1..4 {
+            assert!(product(degree, 8).operations() < product(degree, 8).operations_by_paths());
+        }
     }
 }

@@ -7,6 +7,7 @@
 
 mod config;
 mod coupling;
+mod diffusion;
 mod error;
 mod field;
 mod objective;
@@ -19,6 +20,10 @@ mod velocity;
 
 pub use config::{FlowConfig, Parameterisation};
 pub use coupling::{Coupling, FlowPair};
+pub use diffusion::{
+    Anchor, AnchoredAction, AnchoredChunk, CosineSchedule, Denoiser, Diffusion, DiffusionConfig,
+    DiffusionFrame, LeftFactor, PosteriorWeights, denoise, respaced,
+};
 pub use error::FlowError;
 pub use field::{DriftField, Flow, TwistField};
 pub use objective::{

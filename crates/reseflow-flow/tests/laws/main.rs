@@ -7,6 +7,7 @@ mod adaptive;
 mod answers;
 mod config;
 mod coupling;
+mod diffusion;
 mod fixed;
 mod haar;
 mod known;

@@ -86,7 +86,7 @@ impl NeighborAttention {
     /// - `features`: P points, the input's fiber
     /// - output: P points, the output's fiber
     pub fn forward(&self, features: &FiberFeatures, edges: &EdgeFrames) -> FiberFeatures {
-        let weights = self.radial.forward(edges.edges.radial.clone()) * edges.presence.clone();
+        let weights = self.radial.forward(&self.product, edges.edges.radial.clone(), edges.presence.clone());
         let at_sources = edges.at_sources(features, self.product.input.max_degree);
         let mut messages = self.product.forward(at_sources, weights);
         let (values, keys) = (messages.remove(1), messages.remove(0));

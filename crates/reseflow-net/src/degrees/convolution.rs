@@ -59,7 +59,7 @@ impl TensorProductConvolution {
         edges: &EdgeFrames,
         harmonics: &EdgeHarmonics,
     ) -> FiberFeatures {
-        let weights = self.edge_weights(edges);
+        let weights = Tensor::cat(self.edge_weights(edges), 1);
         let messages = self.product.forward_by_paths(sources, &weights, edges, harmonics).remove(0);
         let per_receiver = edges.edges.per_receiver;
         let sum = |message: Tensor<3>| {
@@ -74,9 +74,9 @@ impl TensorProductConvolution {
         FiberFeatures { degrees: messages.into_iter().map(sum).collect() }
     }
 
-    /// Kernel weights of every edge, the mean's weights among them, `[E, W]`.
-    fn edge_weights(&self, edges: &EdgeFrames) -> Tensor<2> {
+    /// Kernel weights of every edge, the mean's weights among them.
+    fn edge_weights(&self, edges: &EdgeFrames) -> Vec<Tensor<2>> {
         let mean = edges.edges.weights.clone() * edges.presence.clone();
-        self.radial.forward(edges.edges.radial.clone()) * mean
+        self.radial.forward(&self.product, edges.edges.radial.clone(), mean)
     }
 }

@@ -68,6 +68,21 @@ impl EdgeProduct {
         self.block_start(self.max_order() + 1)
     }
 
+    /// Weights of each order, in turn.
+    pub(crate) fn block_sizes(&self) -> Vec<usize> {
+        (0..=self.max_order()).map(|order| self.block_start(order + 1) - self.block_start(order)).collect()
+    }
+
+    /// Weights of all orders, `[E, W]`, as [`Self::forward`] takes them.
+    pub fn split(&self, weights: &Tensor<2>) -> Vec<Tensor<2>> {
+        let mut first = 0;
+        let block = |size: usize| {
+            first += size;
+            weights.clone().narrow(1, first - size, size)
+        };
+        self.block_sizes().into_iter().map(block).collect()
+    }
+
     fn block_start(&self, order: usize) -> usize {
         (0..order)
             .map(|order| {
@@ -157,18 +172,16 @@ impl EdgeProduct {
     ///
     /// # Shapes
     /// - `sources`: in the edges' frames, components by order, `[E, (l_in + 1)², C]`
-    /// - `weights`: `[E, W]`
+    /// - `weights`: for each order in turn, `[E, Wₘ]`
     /// - output: for each output the components that are not zero, those of order ≤ `min(l_in, l_out)`, `[E, R, C']`
-    pub fn forward(&self, sources: Tensor<3>, weights: Tensor<2>) -> Vec<Tensor<3>> {
+    pub fn forward(&self, sources: Tensor<3>, weights: Vec<Tensor<2>>) -> Vec<Tensor<3>> {
         let [edges, _, _] = sources.dims();
         let mut parts: Vec<Vec<Tensor<3>>> = vec![Vec::new(); self.outputs.len()];
-        let (mut component, mut first_weight) = (0, 0);
-        for order in 0..=self.max_order() {
+        let mut component = 0;
+        for (order, kernel) in weights.into_iter().enumerate() {
             let (signs, degrees) = (if order == 0 { 1 } else { 2 }, self.input.max_degree + 1 - order);
             let (rows, columns) = self.block(order);
-            let kernel =
-                weights.clone().narrow(1, first_weight, rows * columns).reshape([edges, rows, columns]);
-            first_weight += rows * columns;
+            let kernel = kernel.reshape([edges, rows, columns]);
             let values = sources.clone().narrow(1, component, signs * degrees);
             component += signs * degrees;
             let values = values.reshape([edges, signs, self.inputs_at(order)]);

@@ -59,12 +59,22 @@ impl RadialMlpConfig {
 }
 
 impl RadialMlp {
+    /// Kernel weights of every edge for `product`, the one that [`RadialMlpConfig::init`] was given, times `scale`.
+    ///
     /// # Shapes
     /// - `radial`: `[E, R]`
-    /// - output: `[E, W]`
-    pub fn forward(&self, radial: Tensor<2>) -> Tensor<2> {
+    /// - `scale`: `[E, 1]`
+    /// - output: for each order in turn, `[E, Wₘ]`
+    pub fn forward(&self, product: &EdgeProduct, radial: Tensor<2>, scale: Tensor<2>) -> Vec<Tensor<2>> {
         let hidden = silu(self.first_norm.forward(self.first.forward(radial)));
-        let hidden = silu(self.second_norm.forward(self.second.forward(hidden)));
-        self.weights.forward(hidden)
+        let hidden = silu(self.second_norm.forward(self.second.forward(hidden))) * scale;
+        // The matrix is cut up and not what it makes, which has a row for every edge.
+        let weight = self.weights.weight.val();
+        let mut first = 0;
+        let block = |size: usize| {
+            first += size;
+            hidden.clone().matmul(weight.clone().narrow(1, first - size, size))
+        };
+        product.block_sizes().into_iter().map(block).collect()
     }
 }

@@ -63,7 +63,7 @@ pub(crate) fn the_product_is_that_of_e3nn(tolerance: f64) {
                     [channel_in * output.channels + channel_out]
             };
             let weights = product.kernel_weights(path_weight);
-            let weights = tensor(weights.clone(), [1, weights.len()], &device);
+            let weights = product.split(&tensor(weights.clone(), [1, weights.len()], &device));
 
             let direction = numbers(&entry["direction"]);
             let list = EdgeList {

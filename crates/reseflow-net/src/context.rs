@@ -8,7 +8,7 @@ use rand::Rng;
 
 use crate::init::{linear, normal};
 use crate::scene_batch::floats;
-use crate::tokens::{FOURIER_WIDTH, LENGTH_SCALE_M, fourier, gripper_vectors};
+use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M, fourier, gripper_vectors};
 use crate::{DecoderConfig, EncodedScenes, Features, GripperState, NetError};
 
 /// What is known about a scene besides its clouds.
@@ -31,7 +31,7 @@ pub struct SceneContext {
     pub(crate) scene: Features,
     /// Scene-wide part of the predicted columns and offsets, `[3, B, 3K]`.
     pub(crate) skip: Tensor<3>,
-    /// Latest node positions over ℓ, `[3, B, K]`.
+    /// Latest node positions over the offset scale, `[3, B, K]`.
     pub(crate) node_positions: Tensor<3>,
 }
 
@@ -144,11 +144,11 @@ impl ContextEncoder {
     }
 }
 
-/// A frame's centroids relative to the latest ones, over ℓ, `[3, B, 1]`.
+/// A frame's centroids relative to the latest ones, over the offset scale, `[3, B, 1]`.
 fn shifts(frame: &EncodedScenes, origins_m: &[[f64; 3]], device: &Device) -> Tensor<3> {
     let pairs = || frame.centroids_m.iter().zip(origins_m);
     let values = (0..3)
-        .flat_map(|axis| pairs().map(move |(from, to)| (from[axis] - to[axis]) / LENGTH_SCALE_M))
+        .flat_map(|axis| pairs().map(move |(from, to)| (from[axis] - to[axis]) / OFFSET_SCALE_M))
         .collect();
     floats(values, [3, origins_m.len(), 1], device)
 }

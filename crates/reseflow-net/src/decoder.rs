@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::context::ContextEncoder;
 use crate::init::{linear, normal};
-use crate::tokens::{FOURIER_WIDTH, LENGTH_SCALE_M};
+use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M};
 use crate::{
     EncodedScenes, Features, Interaction, InteractionConfig, InvariantAttention, InvariantAttentionConfig,
     NetError, SceneContext, SceneState, TokenBatch,
@@ -217,7 +217,7 @@ impl Decoder {
         let node_positions = (offset.reshape([3, scenes, horizon, nodes])
             + context.node_positions.clone().reshape([3, scenes, 1, nodes]))
         .reshape([3, rows, nodes])
-        .mul_scalar(LENGTH_SCALE_M);
+        .mul_scalar(OFFSET_SCALE_M);
 
         let averaged = |values: &Tensor<3>| {
             (values.clone() * weights.clone().reshape([1, rows, nodes]))

@@ -114,7 +114,7 @@ pub struct Encoder {
 pub struct EncodedScenes {
     /// Centroids, world frame, metres: the origin of `positions`.
     pub centroids_m: Vec<[f64; 3]>,
-    /// Node positions over the length scale, relative to the centroid, `[3, B·K, 1]`.
+    /// Node positions over the offset scale, relative to the centroid, `[3, B·K, 1]`.
     pub positions: Tensor<3>,
     /// Node features, scalars `[B·K, C]`, vectors `[3, B·K, C]`.
     pub nodes: Features,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use burn::tensor::{Device, Int, Tensor, TensorData};
 
-use crate::tokens::{LENGTH_SCALE_M, gripper_vectors};
+use crate::tokens::{OFFSET_SCALE_M, gripper_vectors};
 use crate::{CloudGraph, EdgeList, GripperState, NetError, RadialBasis};
 
 /// Displacements shorter than this point nowhere in particular: the direction fades out smoothly below it, metres.
@@ -50,7 +50,7 @@ pub struct SceneBatch {
     /// Rows of the centres among the points, `[B·M]`.
     pub centres: Tensor<1, Int>,
     /// What is known of every centre as vectors, `[3, B·M, 5]`: its offset from the centroid, the gripper's three columns, and the
-    /// gripper's offset from the centre; offsets over the length scale.
+    /// gripper's offset from the centre; offsets over the offset scale.
     pub centre_vectors: Tensor<3>,
     /// Edges from points to centres.
     pub point_edges: EdgeTensors,
@@ -137,7 +137,7 @@ fn centre_vectors(graphs: &[&CloudGraph], grippers: &[GripperState], device: &De
             for &centre in &graph.centres {
                 let offset_m = graph.positions_m[centre];
                 let centre_m = [0, 1, 2].map(|axis| graph.centroid_m[axis] + offset_m[axis]);
-                values.push(offset_m[axis] / LENGTH_SCALE_M);
+                values.push(offset_m[axis] / OFFSET_SCALE_M);
                 values.extend(gripper_vectors(gripper, &centre_m, axis));
             }
         }

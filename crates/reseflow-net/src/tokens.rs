@@ -5,8 +5,8 @@ use burn::tensor::{Device, Tensor};
 use crate::NetError;
 use crate::scene_batch::floats;
 
-/// The length scale that makes the offsets in a scene comparable with unit vectors.
-pub(crate) const LENGTH_SCALE_M: f64 = 0.1;
+/// Offsets in a scene are given over this length, which makes them comparable with unit vectors.
+pub(crate) const OFFSET_SCALE_M: f64 = 0.1;
 
 /// Octaves of the time embedding.
 const OCTAVES: usize = 8;
@@ -28,7 +28,7 @@ pub struct GripperState {
 /// L tokens for each of B scenes.
 #[derive(Debug, Clone)]
 pub struct TokenBatch {
-    /// Columns of R^t and the position over ℓ relative to the centroid, `[3, B·L, 4]`.
+    /// Columns of R^t and the position over the offset scale relative to the centroid, `[3, B·L, 4]`.
     pub vectors: Tensor<3>,
     /// Time features and the opening, `[B·L, 17]`.
     pub scalars: Tensor<2>,
@@ -84,10 +84,10 @@ impl TokenBatch {
     }
 }
 
-/// One component of a gripper's three columns and of its offset from `origin` over ℓ.
+/// One component of a gripper's three columns and of its offset from `origin` over the offset scale.
 pub(crate) fn gripper_vectors(state: &GripperState, origin: &[f64; 3], axis: usize) -> [f64; 4] {
     let [x, y, z] = state.columns.map(|column| column[axis]);
-    [x, y, z, (state.position_m[axis] - origin[axis]) / LENGTH_SCALE_M]
+    [x, y, z, (state.position_m[axis] - origin[axis]) / OFFSET_SCALE_M]
 }
 
 /// Cosines and sines of a number in \[0, 1\] at doubling frequencies.

@@ -1,7 +1,6 @@
 //! Where a figure comes from: version, commit, device and machine, written beside every result.
 
-use std::path::Path;
-use std::process::Command;
+use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Provenance {
     /// This program's version.
     pub version: String,
-    /// The commit that the program was built from, `+` appended where files were changed; `null` outside its repository.
+    /// The commit that the program was built from, `+` appended where files were changed; `null` where it was built outside
+    /// its repository.
     pub commit: Option<String>,
     /// Where tensors lived.
     pub device: String,
@@ -29,33 +29,26 @@ impl Provenance {
     pub fn gather(device: &str) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            commit: commit(),
+            commit: option_env!("RESEFLOW_COMMIT").map(str::to_owned),
             device: device.to_owned(),
             platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             processor: processor(),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            command: std::env::args().collect(),
+            command: std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect(),
         }
     }
 }
 
-/// The commit of the repository that the running program lies in, if that is this project's.
-fn commit() -> Option<String> {
-    let program = std::env::current_exe().ok()?;
-    let folder = program.parent()?;
-    let git = |arguments: &[&str]| -> Option<String> {
-        let output = Command::new("git").arg("-C").arg(folder).args(arguments).output().ok()?;
-        let text = String::from_utf8(output.stdout).ok()?;
-        output.status.success().then(|| text.trim().to_owned())
-    };
-    let root = git(&["rev-parse", "--show-toplevel"])?;
-    if !Path::new(&root).join("crates/reseflow/Cargo.toml").is_file() {
-        return None;
-    }
-    let hash = git(&["rev-parse", "--short=12", "HEAD"])?;
-    let changed =
-        git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|text| !text.is_empty());
-    Some(if changed { hash + "+" } else { hash })
+/// The hash of the running program's file: another build, another hash.
+pub fn program_hash() -> &'static str {
+    static HASH: OnceLock<String> = OnceLock::new();
+    HASH.get_or_init(|| {
+        let program = std::env::current_exe().and_then(std::fs::read);
+        program.map_or_else(
+            |_| env!("CARGO_PKG_VERSION").to_owned(),
+            |bytes| blake3::hash(&bytes).to_hex().to_string(),
+        )
+    })
 }
 
 fn processor() -> Option<String> {

@@ -1,6 +1,7 @@
 //! From the process's arguments to [`Cli`], or to the one sentence that says what is wrong with them.
 
 use std::ffi::OsString;
+use std::io::IsTerminal;
 
 use clap::Parser;
 use clap::error::ErrorKind;
@@ -25,7 +26,12 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Parsed {
             ErrorKind::DisplayHelp
             | ErrorKind::DisplayVersion
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-                Parsed::Help(error.render().ansi().to_string())
+                let text = error.render();
+                Parsed::Help(if std::io::stdout().is_terminal() {
+                    text.ansi().to_string()
+                } else {
+                    text.to_string()
+                })
             }
             _ => Parsed::Wrong(one_sentence(&error.render().to_string())),
         },
@@ -64,6 +70,7 @@ mod tests {
             "reseflow rollout --policy expert --task triangle --episodes 5 --seed 1 --steps 1 --mcap l.mcap --out r.json",
             "reseflow rollout --policy runs/x --task triangle --episodes 5 --seed 1 --steps 1 --split wide --out r.json",
             "reseflow train --config c.toml --data a.npz --validation v.npz --out d --set train.batch_size=8",
+            "reseflow reflow --config c.toml --checkpoint d --data a.npz --out e --set reflow.mixture.pair_share=1",
             "reseflow run configs/quickstart.toml --device cpu --set name=x",
         ] {
             assert!(matches!(parse(line.split(' ').map(OsString::from)), Parsed::Run(_)), "{line}");
@@ -92,7 +99,7 @@ mod tests {
 
     #[test]
     fn every_command_has_help_with_an_example() {
-        for command in ["gen", "inspect", "train", "predict", "eval", "rollout", "run"] {
+        for command in ["gen", "inspect", "train", "reflow", "predict", "eval", "rollout", "run"] {
             match parse(["reseflow", command, "--help"].map(OsString::from)) {
                 Parsed::Help(text) => assert!(text.contains(&format!("  reseflow {command} ")), "{text}"),
                 _ => panic!("no help for {command}"),

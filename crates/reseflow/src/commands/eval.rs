@@ -15,7 +15,9 @@ pub(super) fn execute(args: &EvalArgs, terminal: &Terminal) -> anyhow::Result<()
         device: args.device.into(),
     };
     let loaded = inputs.load()?;
-    let out = OutputFile::claim(&args.out)?;
+    let mut read = vec![args.data.as_path(), &args.checkpoint];
+    read.extend(args.train_data.as_deref());
+    let out = OutputFile::claim_apart(&args.out, &read)?;
     let report = evaluate(&inputs, &loaded, terminal)?;
     out.write_json(&report)?;
     terminal.say(report.table());

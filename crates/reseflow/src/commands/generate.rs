@@ -1,6 +1,7 @@
 //! `reseflow gen`: the expert's demonstrations as a data-set file.
 
 use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 use crate::cli::{GenArgs, SplitArg};
 use crate::demonstrations::{self, DemonstrationRequest, ReplayCheck};
@@ -23,7 +24,8 @@ struct GenReport {
 /// Runs the command.
 pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let task = find_split_task(&args.task, args.split)?;
-    let out = OutputFile::claim(&args.out)?;
+    let previews: Vec<&Path> = args.preview.iter().map(PathBuf::as_path).collect();
+    let out = OutputFile::claim_apart(&args.out, &previews)?;
     let preview = args.preview.as_deref().map(PreviewFiles::claim).transpose()?;
 
     let request = DemonstrationRequest { split: args.split.into(), seed: args.seed, episodes: args.episodes };

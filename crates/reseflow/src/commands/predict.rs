@@ -21,7 +21,7 @@ struct PredictReport {
 pub(super) fn execute(args: &PredictArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let dataset = Dataset::read(&args.data)?;
     let policy = load_policy(&args.checkpoint, args.device.into())?;
-    let out = OutputFile::claim(&args.out)?;
+    let out = OutputFile::claim_apart(&args.out, &[&args.data, &args.checkpoint])?;
 
     let seeds = noise_seeds(args.seeds);
     let started = std::time::Instant::now();

@@ -1,6 +1,6 @@
 //! `reseflow rollout`: a policy in the simulator, counted and logged.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use reseflow_data::Task;
 
@@ -40,7 +40,9 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
         n_action_steps: args.n_action_steps,
         disturb: args.disturb,
     };
-    let out = OutputFile::claim(&args.out)?;
+    let mut others: Vec<&Path> = args.mcap.iter().chain(&args.preview).map(PathBuf::as_path).collect();
+    others.push(Path::new(&args.policy));
+    let out = OutputFile::claim_apart(&args.out, &others)?;
     let results = run(args, task.as_ref(), &request, &mut actor, terminal)?;
     let provenance = Provenance::gather(&format!("{device:?}").to_lowercase());
     let split = args.split.to_string();

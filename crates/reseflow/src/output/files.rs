@@ -45,6 +45,24 @@ impl OutputFile {
         Ok(Self { path: path.to_owned() })
     }
 
+    /// [`claim`](Self::claim), and makes sure that the result does not replace one of `others`: inputs, folders of inputs, or other
+    /// outputs of the same command.
+    ///
+    /// # Errors
+    /// As [`claim`](Self::claim), and bad input when it would.
+    pub fn claim_apart(path: &Path, others: &[&Path]) -> anyhow::Result<Self> {
+        let claimed = Self::claim(path)?;
+        let target = located(path);
+        match others.iter().find(|other| target.starts_with(located(other))) {
+            Some(other) => Err(bad_input(format!(
+                "{}: would replace {}, which this command reads or writes as well",
+                path.display(),
+                other.display()
+            ))),
+            None => Ok(claimed),
+        }
+    }
+
     /// Where the result will be.
     pub fn path(&self) -> &Path {
         &self.path
@@ -75,6 +93,16 @@ impl OutputFile {
 /// Bad input when the folder cannot be written.
 pub fn write_json(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
     OutputFile::claim(path)?.write_json(value)
+}
+
+/// The path with its folder's links and dots resolved; the last part need not exist.
+fn located(path: &Path) -> PathBuf {
+    let resolved = fs::canonicalize(path).ok();
+    let through_folder = || {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(fs::canonicalize(folder).ok()?.join(path.file_name()?))
+    };
+    resolved.or_else(through_folder).unwrap_or_else(|| path.to_owned())
 }
 
 /// A folder that takes new files.

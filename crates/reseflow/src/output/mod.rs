@@ -8,7 +8,7 @@ pub use files::{OutputFile, OutputFolder, write_json};
 pub use progress::Progress;
 pub use table::Table;
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
 use anyhow::Context;
 use serde::Serialize;
@@ -32,10 +32,9 @@ impl Terminal {
     }
 
     /// Prints a line of a result; silent where JSON was asked for.
-    #[expect(clippy::print_stdout, reason = "this is the output module")]
     pub fn say(&self, line: impl std::fmt::Display) {
         if !self.json {
-            println!("{line}");
+            print_line(&line.to_string());
         }
     }
 
@@ -49,10 +48,9 @@ impl Terminal {
     ///
     /// # Errors
     /// When the result cannot be serialised.
-    #[expect(clippy::print_stdout, reason = "this is the output module")]
     pub fn machine(&self, result: &impl Serialize) -> anyhow::Result<()> {
         if self.json {
-            println!("{}", serde_json::to_string_pretty(result).context("serialising the result")?);
+            print_line(&serde_json::to_string_pretty(result).context("serialising the result")?);
         }
         Ok(())
     }
@@ -78,7 +76,19 @@ pub fn print_error(sentence: &str) {
 }
 
 /// Prints help or the version.
-#[expect(clippy::print_stdout, reason = "this is the output module")]
 pub fn print_help(text: &str) {
-    print!("{text}");
+    print_line(text.trim_end());
+}
+
+/// Prints a line on standard output. A reader that has gone away, as `head` does, ends the program quietly: what it was asked to
+/// write is written by then.
+fn print_line(line: &str) {
+    match writeln!(std::io::stdout(), "{line}") {
+        Ok(()) => {}
+        Err(fault) if fault.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(fault) => {
+            print_error(&format!("standard output: {fault}"));
+            std::process::exit(1);
+        }
+    }
 }

@@ -7,6 +7,7 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 
 use crate::output::{Terminal, write_json};
+use crate::provenance::program_hash;
 
 /// The folder of the stamps.
 #[derive(Debug, Clone)]
@@ -31,6 +32,8 @@ pub struct StageRun {
 #[derive(Debug, Serialize, Deserialize)]
 struct Stamp {
     inputs: String,
+    /// Content hashes of what the stage left, in the order of its outputs.
+    outputs: Vec<String>,
     secs: f64,
 }
 
@@ -40,7 +43,7 @@ impl Stamps {
         Self { folder, fresh }
     }
 
-    /// Does `work` unless it was done with the same `inputs` before and its `outputs` are still there.
+    /// Does `work` unless this program did it with the same `inputs` before and its `outputs` are still what they were.
     ///
     /// The stamp is taken away before the work and set after it, so that an interruption means "not done".
     ///
@@ -59,7 +62,7 @@ impl Stamps {
         if let Some(stamp) = read(&path)
             && !self.fresh
             && stamp.inputs == inputs
-            && outputs.iter().all(|output| output.exists())
+            && contents(outputs).is_some_and(|outputs| outputs == stamp.outputs)
         {
             terminal.note(format!("{name}: done before, nothing has changed"));
             return Ok(StageRun { name: name.to_owned(), inputs, secs: stamp.secs, skipped: true });
@@ -70,7 +73,9 @@ impl Stamps {
         let started = Instant::now();
         work()?;
         let secs = started.elapsed().as_secs_f64();
-        write_json(&path, &Stamp { inputs: inputs.clone(), secs })?;
+        let outputs = contents(outputs)
+            .with_context(|| format!("the stage `{name}` did not leave what it should have left"))?;
+        write_json(&path, &Stamp { inputs: inputs.clone(), outputs, secs })?;
         Ok(StageRun { name: name.to_owned(), inputs, secs, skipped: false })
     }
 }
@@ -81,9 +86,29 @@ fn read(path: &Path) -> Option<Stamp> {
 }
 
 fn hash(name: &str, inputs: &impl Serialize) -> anyhow::Result<String> {
-    let text = serde_json::to_string(&(name, env!("CARGO_PKG_VERSION"), inputs))
-        .context("hashing a stage's inputs")?;
+    let text = serde_json::to_string(&(name, program_hash(), inputs)).context("hashing a stage's inputs")?;
     Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
+}
+
+/// The content hash of each of `outputs`, or nothing where one is missing.
+fn contents(outputs: &[PathBuf]) -> Option<Vec<String>> {
+    outputs.iter().map(|output| content(output).ok()).collect()
+}
+
+/// The content hash of a file, or of every file in a folder with its name.
+fn content(path: &Path) -> std::io::Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    if path.is_dir() {
+        let mut entries = std::fs::read_dir(path)?.collect::<std::io::Result<Vec<_>>>()?;
+        entries.sort_by_key(std::fs::DirEntry::file_name);
+        for entry in entries {
+            hasher.update(entry.file_name().as_encoded_bytes());
+            hasher.update(content(&entry.path())?.as_bytes());
+        }
+    } else {
+        hasher.update(&std::fs::read(path)?);
+    }
+    Ok(hasher.finalize().to_hex().to_string())
 }
 
 #[cfg(test)]
@@ -109,10 +134,12 @@ mod tests {
         assert!(attempt(false, 1, false).unwrap().skipped, "nothing has changed");
         assert!(!attempt(false, 2, false).unwrap().skipped, "the inputs changed");
         assert!(!attempt(true, 2, false).unwrap().skipped, "everything was asked for");
+        std::fs::write(&output, "y").unwrap();
+        assert!(!attempt(false, 2, false).unwrap().skipped, "the output is another");
         std::fs::remove_file(&output).unwrap();
         assert!(!attempt(false, 2, false).unwrap().skipped, "the output is gone");
         assert!(attempt(false, 3, true).is_err());
         assert!(!attempt(false, 2, false).unwrap().skipped, "an interrupted stage is not done");
-        assert_eq!(done.get(), 6);
+        assert_eq!(done.get(), 7);
     }
 }

@@ -4,7 +4,7 @@
 //! demonstration keeps to noise that Flow 1 carries near it, so that it mends the pairs without blurring them.
 
 use rand::{Rng, RngExt};
-use reseflow_data::{Action, ActionChunk};
+use reseflow_data::{Action, ActionChunk, FlowPair};
 use serde::{Deserialize, Serialize};
 
 use crate::path::pairs;
@@ -19,15 +19,6 @@ pub enum Coupling {
     Anchored,
     /// Any noise: the paper's.
     Independent,
-}
-
-/// Noise of one observation and where Flow 1 carried it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FlowPair {
-    /// Z⁰.
-    pub noise: ActionChunk,
-    /// Z¹.
-    pub image: ActionChunk,
 }
 
 impl Coupling {

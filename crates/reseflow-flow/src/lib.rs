@@ -19,7 +19,7 @@ mod time;
 mod velocity;
 
 pub use config::{FlowConfig, Parameterisation};
-pub use coupling::{Coupling, FlowPair};
+pub use coupling::Coupling;
 pub use diffusion::{
     Anchor, AnchoredAction, AnchoredChunk, CosineSchedule, Denoiser, Diffusion, DiffusionConfig,
     DiffusionFrame, LeftFactor, PosteriorWeights, denoise, respaced,

@@ -1,4 +1,4 @@
-//! The elements of a `.npy` array: `float32`, `uint8` and texts, little- or big-endian, in C or Fortran order.
+//! The elements of a `.npy` array: `float32`, `int32`, `uint8` and texts, little- or big-endian, in C or Fortran order.
 
 use std::io::{self, Read, Write};
 
@@ -65,6 +65,30 @@ impl Element for u8 {
 
     fn encode(self, bytes: &mut Vec<u8>) {
         bytes.push(self);
+    }
+}
+
+impl Element for i32 {
+    const DTYPE: &'static str = "int32";
+    const DESCR: &'static str = "<i4";
+    const SIZE: usize = 4;
+
+    fn endianness(descr: &str) -> Option<bool> {
+        match descr {
+            "<i4" => Some(false),
+            ">i4" => Some(true),
+            _ => None,
+        }
+    }
+
+    fn decode(bytes: &[u8], big_endian: bool) -> Self {
+        let mut word = [0; 4];
+        word.copy_from_slice(bytes);
+        if big_endian { Self::from_be_bytes(word) } else { Self::from_le_bytes(word) }
+    }
+
+    fn encode(self, bytes: &mut Vec<u8>) {
+        bytes.extend_from_slice(&self.to_le_bytes());
     }
 }
 

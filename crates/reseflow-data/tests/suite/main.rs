@@ -8,6 +8,7 @@ mod dataset_files;
 mod episodes;
 #[cfg(test)]
 mod mcap_logs;
+mod pair_files;
 #[cfg(test)]
 mod point_scene;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Couplings: anchored noise is that of the nearest image, independent noise is any.
 
-use reseflow_data::{Action, ActionChunk};
-use reseflow_flow::{Coupling, FlowError, FlowPair, LENGTH_SCALE_M};
+use reseflow_data::{Action, ActionChunk, FlowPair};
+use reseflow_flow::{Coupling, FlowError, LENGTH_SCALE_M};
 use reseflow_lie::{BodyTwist, Vector3};
 
 use crate::known::mapped;

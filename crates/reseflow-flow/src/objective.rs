@@ -133,8 +133,8 @@ pub struct LossParts {
 fn twist_distance_squared(predicted: Tensor<2>, target: Tensor<2>) -> Tensor<1> {
     let [rows, _] = target.dims();
     let (angular, linear) = split(predicted - target);
-    let squares =
-        angular.square().sum_dim(1) + linear.square().sum_dim(1).div_scalar(LENGTH_SCALE_M * LENGTH_SCALE_M);
+    let squares = angular.square().sum_dim(1)
+        + linear.square().sum_dim(1).mul_scalar((LENGTH_SCALE_M * LENGTH_SCALE_M).recip());
     squares.reshape([rows])
 }
 

@@ -56,7 +56,7 @@ impl InvariantAttention {
         let [_, width] = query.dims();
         let query = query.reshape([scenes, queries, width]);
         let key = self.key.forward(memory.scalars.clone()).reshape([scenes, keys, width]);
-        let logits = query.matmul(key.swap_dims(1, 2)).div_scalar((width as f64).sqrt());
+        let logits = query.matmul(key.swap_dims(1, 2)).mul_scalar((width as f64).sqrt().recip());
         let weights = softmax(logits, 2);
         let scalars = self.scalar_value.forward(memory.scalars.clone());
         let vectors = self.vector_value.forward(memory.vectors.clone());

@@ -76,6 +76,6 @@ impl HeatMap {
         let gram = unit.clone().matmul(unit.swap_dims(1, 2));
         let pairs = (scenes * nodes * (nodes - 1).max(1)) as f64;
         // The diagonal of the Gram matrix is one for every node.
-        gram.sum().sub_scalar((scenes * nodes) as f64).div_scalar(pairs)
+        gram.sum().sub_scalar((scenes * nodes) as f64).mul_scalar(pairs.recip())
     }
 }

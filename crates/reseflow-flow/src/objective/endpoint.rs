@@ -82,5 +82,5 @@ fn chordal_error(predicted: &SE3Tensor, target: &SE3Tensor) -> Tensor<1> {
     let offset = predicted.translation.clone() - target.translation.clone();
     let offset: Tensor<1> = offset.square().sum_dim(1).reshape([target.len()]);
     chordal_distance_squared(predicted.rotation.clone(), target.rotation.clone()).mul_scalar(0.5)
-        + offset.div_scalar(LENGTH_SCALE_M * LENGTH_SCALE_M)
+        + offset.mul_scalar((LENGTH_SCALE_M * LENGTH_SCALE_M).recip())
 }

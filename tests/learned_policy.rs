@@ -6,7 +6,7 @@ use reseflow_data::{Dataset, EpisodeKey, IgnoreEvents, Outcome, Policy, RolloutC
 use reseflow_net::{EncoderConfig, GraphConfig};
 use reseflow_sim::{GenerateRequest, generate, task};
 use reseflow_train::{
-    DeviceKind, FlowPolicy, ModelConfig, TrainConfig, TrainObserver, TrainRequest, UpdateMetrics,
+    DeviceKind, FlowPolicy, ModelConfig, Resume, TrainConfig, TrainObserver, TrainRequest, UpdateMetrics,
     ValidationMetrics, train,
 };
 
@@ -48,6 +48,7 @@ fn trained(data: &Dataset, updates: usize) -> FlowPolicy {
         demonstrations: data,
         validation: None,
         start: None,
+        resume: Resume::Never,
         device: DeviceKind::Cpu,
         out: &out,
     };

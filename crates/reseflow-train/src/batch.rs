@@ -1,22 +1,23 @@
-//! One shard of a training batch: windows with jittered clouds, noise and flow times, drawn from a stream of its own.
+//! One shard of a training batch: augmented windows, noise and flow times, drawn from a stream of its own.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use reseflow_data::{ActionChunk, Dataset, Observation, Window};
 use reseflow_flow::{EndpointTargets, LossContext, LossParts, NodeTargets, PriorFrame, endpoint_loss};
 use reseflow_net::{CloudGraph, DriftNet, HeatMap, TokenBatch};
 
+use crate::augment::{Scaling, drop_points, jitter};
 use crate::convert::{graph, token, tokens};
 use crate::{TrainConfig, TrainError, TrainRequest};
 
-/// Draws windows and the loss's inputs, and evaluates the loss of `net`.
+/// Draws windows and the loss's inputs, and evaluates the loss of `net`; `drawn` gets the windows.
 pub(crate) fn shard_loss(
     net: &DriftNet,
     request: &TrainRequest<'_>,
     device: &Device,
     rng: &mut ChaCha8Rng,
+    drawn: &mut Vec<Window>,
 ) -> Result<LossParts, TrainError> {
     let TrainRequest { model, train, demonstrations: data, .. } = *request;
     let decoder = &model.network.decoder;
@@ -25,19 +26,25 @@ pub(crate) fn shard_loss(
         (vec![Vec::new(); decoder.frames], Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for _ in 0..count {
         let window = draw_window(data, train, rng);
-        let observed: Vec<&Observation> = window.frames(&data.episodes, decoder.frames).collect();
+        drawn.push(window);
+        let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
+        let scaling = Scaling::draw(&observed[observed.len() - 1].cloud, train, rng);
+        observed.iter_mut().for_each(|seen| scaling.iter().for_each(|scaling| scaling.observation(seen)));
         let grippers: Vec<_> =
             observed.iter().map(|seen| token(&seen.world_from_gripper, seen.gripper_opening)).collect();
-        for (frame, &seen) in frames.iter_mut().zip(&observed) {
-            frame.push(graph(&jittered(seen, train.jitter_m, rng), &model.network.encoder.graph)?);
+        observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.drop_points, rng));
+        let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
+        for (frame, seen) in frames.iter_mut().zip(&mut observed) {
+            jitter(&mut seen.cloud, train.jitter_m, rng);
+            frame.push(graph(seen, &model.network.encoder.graph)?);
         }
         let progress = (window.step as f64 / decoder.horizon as f64).min(1.0);
         states.push(reseflow_net::SceneState { frames: grippers, progress });
 
-        let latest = observed[observed.len() - 1];
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
-        let clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-        let noise = model.prior.sample(&PriorFrame::of(latest), decoder.horizon, rng);
+        let mut clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
+        scaling.iter().for_each(|scaling| scaling.actions(&mut clean));
+        let noise = model.prior.sample(&prior_frame, decoder.horizon, rng);
         let t = train.time.sample(rng);
         noisy.push(model.path.at(&noise, &clean, t)?);
         times.push(t);
@@ -83,17 +90,6 @@ fn draw_window(data: &Dataset, train: &TrainConfig, rng: &mut ChaCha8Rng) -> Win
     let first: f64 = rng.random();
     let step = rng.random_range(0..data.episodes[episode].actions.len());
     Window { episode, step: if first < train.first_window_share { 0 } else { step } }
-}
-
-/// The observation with every point moved by independent noise.
-fn jittered(observation: &Observation, sigma_m: f64, rng: &mut ChaCha8Rng) -> Observation {
-    let mut jittered = observation.clone();
-    if let Ok(noise) = Normal::new(0.0, sigma_m) {
-        for value in jittered.cloud.points.iter_mut().flatten() {
-            *value += noise.sample(rng) as f32;
-        }
-    }
-    jittered
 }
 
 fn target_tensors(chunks: &[ActionChunk], origins_m: &[[f64; 3]], device: &Device) -> EndpointTargets {

@@ -11,7 +11,8 @@ use reseflow_net::DriftNet;
 
 use crate::{ModelConfig, TrainError};
 
-const WEIGHTS: &str = "model.safetensors";
+/// The averaged weights.
+pub(crate) const WEIGHTS: &str = "model.safetensors";
 const CONFIG: &str = "config.toml";
 /// What the trainer noted, one JSON object a line.
 pub(crate) const METRICS: &str = "metrics.jsonl";
@@ -59,8 +60,13 @@ pub(crate) fn put_in_place(new: &Path, out: &Path, old: &Path) -> std::io::Resul
     moved
 }
 
-/// Writes weights and configuration into the existing folder `folder`.
-pub(crate) fn write(folder: &Path, net: &DriftNet, config: &ModelConfig) -> Result<(), TrainError> {
+/// Writes weights, configuration and the metrics' lines into the existing folder `folder`.
+pub(crate) fn write(
+    folder: &Path,
+    net: &DriftNet,
+    config: &ModelConfig,
+    metrics: &[u8],
+) -> Result<(), TrainError> {
     let weights = folder.join(WEIGHTS);
     let fault = |path: &Path, fault: String| TrainError::Checkpoint { path: path.to_owned(), fault };
     // burn's own metadata lie in a hash map, in another order each time; a single entry keeps the bytes the same.
@@ -68,7 +74,9 @@ pub(crate) fn write(folder: &Path, net: &DriftNet, config: &ModelConfig) -> Resu
     net.save_into(&mut store).map_err(|error| fault(&weights, format!("{error}")))?;
     let path = folder.join(CONFIG);
     let text = toml::to_string_pretty(config).map_err(|error| fault(&path, error.to_string()))?;
-    std::fs::write(&path, text).map_err(|source| TrainError::Io { path, source })
+    std::fs::write(&path, text).map_err(|source| TrainError::Io { path, source })?;
+    let path = folder.join(METRICS);
+    std::fs::write(&path, metrics).map_err(|source| TrainError::Io { path, source })
 }
 
 /// Reads a checkpoint back.

@@ -50,13 +50,24 @@ impl ModelConfig {
     }
 }
 
+/// Which averaged weights are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Keep {
+    /// Those of the validation with the smallest D_geo.
+    Best,
+    /// Those after the last update.
+    #[default]
+    Last,
+}
+
 /// The optimisation of Flow 1: AdamW, warm-up and cosine, global clipping, averaged weights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainConfig {
     /// Optimiser updates.
     pub updates: usize,
-    /// Windows per update.
+    /// Windows per batch; an update is one batch, unless `accumulate` says more.
     pub batch_size: usize,
     /// Threads that share a batch; part of the arithmetic, so not guessed from the machine.
     pub shards: usize,
@@ -74,8 +85,20 @@ pub struct TrainConfig {
     pub first_window_share: f64,
     /// Standard deviation of the jitter of cloud points, metres.
     pub jitter_m: f64,
+    /// Largest share of a cloud's points that are left out; the share itself is drawn for each cloud, from 0 up to this.
+    pub drop_points: f64,
+    /// Standard deviation of the logarithm of the scene's size: cloud, gripper and actions grow or shrink about the centroid.
+    pub scale_std: f64,
+    /// Batches whose gradients are summed up for one update.
+    pub accumulate: usize,
     /// Updates between validations.
     pub validate_every: usize,
+    /// Which averaged weights become the checkpoint.
+    pub keep: Keep,
+    /// Validations without improvement after which training stops; 0 never stops early.
+    pub patience: usize,
+    /// Updates between two saved states, from which an interrupted training goes on; 0 saves none.
+    pub save_every: usize,
     /// Names the random streams of weights, batches and noise.
     pub seed: u64,
     /// Flow times.
@@ -97,7 +120,13 @@ impl Default for TrainConfig {
             ema_decay: 0.995,
             first_window_share: 0.3,
             jitter_m: 0.001,
+            drop_points: 0.0,
+            scale_std: 0.0,
+            accumulate: 1,
             validate_every: 500,
+            keep: Keep::Last,
+            patience: 0,
+            save_every: 500,
             seed: 1,
             time: TimeSampling::default(),
             objective: ObjectiveConfig::default(),
@@ -115,6 +144,7 @@ impl TrainConfig {
             ("updates", self.updates),
             ("batch_size", self.batch_size),
             ("shards", self.shards),
+            ("accumulate", self.accumulate),
             ("validate_every", self.validate_every),
         ] {
             if value == 0 {
@@ -134,6 +164,8 @@ impl TrainConfig {
             ("ema_decay", self.ema_decay, 0.0, 1.0),
             ("first_window_share", self.first_window_share, 0.0, 1.0),
             ("jitter_m", self.jitter_m, 0.0, 1.0),
+            ("drop_points", self.drop_points, 0.0, 0.5),
+            ("scale_std", self.scale_std, 0.0, 0.5),
         ] {
             if !(low..=high).contains(&value) {
                 return Err(TrainError::Config(format!(

@@ -6,6 +6,7 @@ use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::tensor::{Tensor, TensorData};
 
 /// Averaged values, by parameter.
+#[derive(Clone)]
 pub(crate) struct WeightAverage {
     decay: f64,
     values: HashMap<ParamId, Vec<f64>>,
@@ -21,6 +22,20 @@ impl WeightAverage {
     pub(crate) fn update<M: Module>(&mut self, model: &M, update: usize) {
         let decay = self.decay.min((1.0 + update as f64) / (10.0 + update as f64));
         model.visit(&mut TakeIn { values: &mut self.values, decay });
+    }
+
+    /// The averages of all of `model`'s parameters, one after another in the order of a visit; none before the first update.
+    pub(crate) fn flat<M: Module>(&self, model: &M) -> Vec<f64> {
+        let mut flat = Flatten { average: self, flat: Vec::new() };
+        model.visit(&mut flat);
+        flat.flat
+    }
+
+    /// What [`WeightAverage::flat`] was taken from; `None` where the values are not as many as the parameters.
+    pub(crate) fn from_flat<M: Module>(decay: f64, model: &M, flat: &[f64]) -> Option<Self> {
+        let mut split = Split { average: Self::new(decay), rest: Some(flat) };
+        model.visit(&mut split);
+        split.rest.is_some_and(<[f64]>::is_empty).then_some(split.average)
     }
 
     /// `model` with the averaged weights.
@@ -41,6 +56,32 @@ impl ModuleVisitor for TakeIn<'_> {
         for (average, now) in average.iter_mut().zip(now) {
             *average += (1.0 - self.decay) * (now - *average);
         }
+    }
+}
+
+struct Flatten<'a> {
+    average: &'a WeightAverage,
+    flat: Vec<f64>,
+}
+
+impl ModuleVisitor for Flatten<'_> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        self.flat.extend(self.average.values.get(&param.id).into_iter().flatten());
+    }
+}
+
+struct Split<'a> {
+    average: WeightAverage,
+    rest: Option<&'a [f64]>,
+}
+
+impl ModuleVisitor for Split<'_> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let split = self.rest.and_then(|rest| rest.split_at_checked(param.shape().num_elements()));
+        self.rest = split.map(|(values, rest)| {
+            self.average.values.insert(param.id, values.to_vec());
+            rest
+        });
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use reseflow_data::Window;
+
 /// A fault of a configuration, a checkpoint or a training run.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainError {
@@ -30,11 +32,28 @@ pub enum TrainError {
         /// What is wrong and what was expected.
         fault: String,
     },
-    /// The loss stopped being a number.
-    #[error("the loss of update {update} is not finite")]
+    /// A training's state that cannot be used or kept.
+    #[error("{path}: {fault}")]
+    State {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong and what was expected.
+        fault: String,
+    },
+    /// A file cannot be written whole.
+    #[error(transparent)]
+    Data(#[from] reseflow_data::DataError),
+    /// The loss or its gradient stopped being a number.
+    #[error("the {what} of update {update} is not finite: shard {shard} held (episode, step) {}", list(.windows))]
     Diverged {
+        /// What is not finite.
+        what: &'static str,
         /// The update, from 1.
         update: usize,
+        /// The part of the batch, from 0.
+        shard: usize,
+        /// The windows in it.
+        windows: Vec<Window>,
     },
     /// There is nothing to learn from.
     #[error("the data set holds no episode")]
@@ -48,4 +67,10 @@ pub enum TrainError {
     /// A worker thread panicked.
     #[error("a training thread stopped unexpectedly")]
     Worker,
+}
+
+fn list(windows: &[Window]) -> String {
+    let names: Vec<_> =
+        windows.iter().map(|window| format!("({}, {})", window.episode, window.step)).collect();
+    names.join(", ")
 }

@@ -6,13 +6,18 @@ use burn::tensor::Tensor;
 
 /// Scales all gradients by one factor so that their joint norm is at most `limit`; returns the norm before.
 pub(crate) fn clip_global_norm<M: Module>(model: &M, gradients: &mut GradientsParams, limit: f64) -> f64 {
-    let mut sum = SumOfSquares { gradients, total: 0.0 };
-    model.visit(&mut sum);
-    let norm = sum.total.sqrt();
+    let norm = global_norm(model, gradients);
     if norm > limit {
         model.visit(&mut Scale { gradients, factor: limit / norm });
     }
     norm
+}
+
+/// The norm of all gradients together.
+pub(crate) fn global_norm<M: Module>(model: &M, gradients: &GradientsParams) -> f64 {
+    let mut sum = SumOfSquares { gradients, total: 0.0 };
+    model.visit(&mut sum);
+    sum.total.sqrt()
 }
 
 struct SumOfSquares<'a> {

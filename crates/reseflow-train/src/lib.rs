@@ -1,5 +1,6 @@
 //! Network and flow become a policy: the training loop, its data, the averaged weights, checkpoints, and the policy that they make.
 
+mod augment;
 mod batch;
 mod checkpoint;
 mod config;
@@ -8,14 +9,19 @@ mod device;
 mod ema;
 mod error;
 mod field;
+mod fingerprint;
 mod gradients;
+mod partial;
 mod policy;
 mod request;
+mod state;
 mod trainer;
+mod validation;
 
-pub use config::{ModelConfig, TrainConfig};
+pub use config::{Keep, ModelConfig, TrainConfig};
 pub use device::DeviceKind;
 pub use error::TrainError;
 pub use policy::{FlowPolicy, PolicySample};
-pub use request::TrainRequest;
-pub use trainer::{TrainObserver, TrainSummary, UpdateMetrics, ValidationMetrics, train};
+pub use request::{Resume, TrainRequest};
+pub use trainer::{TrainObserver, TrainSummary, UpdateMetrics, train};
+pub use validation::ValidationMetrics;

@@ -1,26 +1,24 @@
 //! The training loop of both flows.
 
-use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
 use burn::module::Module;
-use burn::optim::{AdamWConfig, GradientsAccumulator, GradientsParams};
+use burn::optim::{GradientsAccumulator, GradientsParams};
 use burn::tensor::Device;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use reseflow_data::{Dataset, ObservationHistory};
-use reseflow_lie::geodesic_distance;
+use reseflow_data::{Dataset, Window};
 use reseflow_net::DriftNet;
 use serde::Serialize;
 
 use crate::batch::shard_loss;
-use crate::ema::WeightAverage;
-use crate::gradients::clip_global_norm;
-use crate::{FlowPolicy, ModelConfig, TrainError, TrainRequest, checkpoint};
-
-/// The noise seed of validations.
-const VALIDATION_SEED: u64 = 3407;
+use crate::fingerprint::Fingerprint;
+use crate::gradients::{clip_global_norm, global_norm};
+use crate::partial::PartialFolder;
+use crate::state::TrainState;
+use crate::validation::validate;
+use crate::{Keep, Resume, TrainConfig, TrainError, TrainRequest, ValidationMetrics, checkpoint};
 
 /// How an update went.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -33,21 +31,8 @@ pub struct UpdateMetrics {
     pub learning_rate: f64,
     /// The global gradient norm before clipping.
     pub gradient_norm: f64,
-    /// Windows a second since the start.
+    /// Windows a second since training was started or resumed.
     pub samples_per_sec: f64,
-}
-
-/// One-step errors of the averaged weights on the validation episodes' first windows.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct ValidationMetrics {
-    /// The update, from 1.
-    pub update: usize,
-    /// Mean D_geo.
-    pub d_geo: f64,
-    /// Its rotation part, radians.
-    pub rotation_rad: f64,
-    /// Its translation part, metres.
-    pub translation_m: f64,
 }
 
 /// Hears how training goes.
@@ -56,6 +41,14 @@ pub trait TrainObserver {
     fn on_update(&mut self, metrics: &UpdateMetrics);
     /// A validation was made.
     fn on_validation(&mut self, metrics: &ValidationMetrics);
+    /// An interrupted training goes on after `update` updates; `validation` is the last one.
+    fn on_resume(&mut self, update: usize, validation: Option<&ValidationMetrics>) {
+        let _ = (update, validation);
+    }
+    /// An interrupted training left a state that cannot be used here.
+    fn on_ignored_state(&mut self, reason: &TrainError) {
+        let _ = reason;
+    }
 }
 
 /// What training left.
@@ -63,89 +56,101 @@ pub trait TrainObserver {
 pub struct TrainSummary {
     /// Trainable numbers.
     pub parameters: usize,
-    /// Wall-clock seconds.
+    /// Wall-clock seconds since training was started or resumed.
     pub seconds: f64,
+    /// Updates made; fewer than configured where validations stopped improving.
+    pub updates: usize,
     /// The last validation, where there were validation episodes.
     pub validation: Option<ValidationMetrics>,
+    /// The best validation; its weights are those of the checkpoint under `keep = "best"`.
+    pub best: Option<ValidationMetrics>,
 }
 
 /// Trains a flow and leaves a checkpoint in the folder `request.out`, which appears whole or not at all.
 ///
+/// Until then `<request.out>.partial` holds the training's state, from which an interrupted training goes on to the same bytes.
+///
 /// # Errors
-/// Bad configurations, a loss that is not finite, and what the file system reports.
+/// Bad configurations, a loss or gradient that is not finite, a state that cannot be used, and what the file system reports.
 pub fn train(
     request: &TrainRequest<'_>,
     observer: &mut dyn TrainObserver,
 ) -> Result<TrainSummary, TrainError> {
-    let TrainRequest { model, train, demonstrations, validation, out, .. } = *request;
-    model.validate()?;
-    train.validate()?;
-    for data in std::iter::once(demonstrations).chain(validation) {
-        check(data)?;
-    }
+    let TrainRequest { model, train, validation, out, .. } = *request;
+    check(request)?;
     checkpoint::may_become(out)?;
-    let io = |source| TrainError::Io { path: out.to_owned(), source };
-    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(parent).map_err(io)?;
-    let aside = tempfile::Builder::new().prefix(".training-").tempdir_in(parent).map_err(io)?;
-    let folder = aside.path().join("new");
-    std::fs::create_dir(&folder).map_err(io)?;
-    let metrics = std::fs::File::create(folder.join(checkpoint::METRICS)).map_err(io)?;
-    let mut metrics = std::io::BufWriter::new(metrics);
-
+    let mut partial = PartialFolder::claim(out)?;
     let base = request.device.device();
     let device = base.clone().autodiff();
-    let mut net = first_weights(request, &device)?;
-    let mut optimizer = AdamWConfig::new().with_weight_decay(train.weight_decay as f32).init();
-    let mut average = WeightAverage::new(train.ema_decay);
-    let mut last_validation = None;
-    let started = Instant::now();
+    let fingerprint = (train.save_every > 0 || request.resume != Resume::Never)
+        .then(|| Fingerprint::of(request))
+        .transpose()?;
+    let mut state = first_state(request, &partial, fingerprint.as_ref(), &device, observer)?;
+    partial.append_metrics(&state.metrics)?;
+    let (first, started) = (state.update, Instant::now());
+    let is_over = |state: &TrainState| {
+        state.update >= train.updates || (train.patience > 0 && state.stale >= train.patience)
+    };
 
-    for update in 1..=train.updates {
-        let (mut gradients, loss) = gradients(&net, request, &device, update)?;
-        if !loss.is_finite() {
-            return Err(TrainError::Diverged { update });
+    while !is_over(&state) {
+        let update = state.update + 1;
+        let (mut gradients, loss) = gradients(&state.net, request, &device, update)?;
+        let gradient_norm = clip_global_norm(&state.net, &mut gradients, train.clip_norm);
+        if !gradient_norm.is_finite() {
+            return Err(infinite_gradient(&state.net, request, &device, update));
         }
-        let gradient_norm = clip_global_norm(&net, &mut gradients, train.clip_norm);
         let learning_rate = train.rate(update - 1);
-        net = optimizer.step(learning_rate, net, gradients);
-        average.update(&net, update);
+        state.net = state.optimizer.step(learning_rate, state.net, gradients);
+        state.average.update(&state.net, update);
+        state.update = update;
 
-        let samples_per_sec = (update * train.batch_size) as f64 / started.elapsed().as_secs_f64();
+        let windows = (update - first) * train.batch_size * train.accumulate;
+        let samples_per_sec = windows as f64 / started.elapsed().as_secs_f64();
         let report = UpdateMetrics { update, loss, learning_rate, gradient_norm, samples_per_sec };
-        write_line(&mut metrics, &report).map_err(io)?;
+        note(&mut state.metrics, &mut partial, &report)?;
         observer.on_update(&report);
         if let Some(held_out) = validation
             && (update % train.validate_every == 0 || update == train.updates)
         {
-            let report = validate(average.apply(net.valid()), model, held_out, &base, update)?;
-            write_line(&mut metrics, &report).map_err(io)?;
+            let report = validate(state.average.apply(state.net.valid()), model, held_out, &base, update)?;
+            note(&mut state.metrics, &mut partial, &report)?;
             observer.on_validation(&report);
-            last_validation = Some(report);
+            judge(&mut state, report, train.keep);
+        }
+        if let Some(fingerprint) = &fingerprint
+            && train.save_every > 0
+            && update % train.save_every == 0
+            && !is_over(&state)
+        {
+            let unwritable = |fault| TrainError::State { path: partial.state_path(), fault };
+            partial.write_state(&state.to_bytes(fingerprint).map_err(unwritable)?)?;
         }
     }
-    metrics.flush().map_err(io)?;
-    checkpoint::write(&folder, &average.apply(net.valid()), model)?;
-    checkpoint::put_in_place(&folder, out, &aside.path().join("old")).map_err(io)?;
-    let seconds = started.elapsed().as_secs_f64();
-    Ok(TrainSummary { parameters: net.num_params(), seconds, validation: last_validation })
+    let kept = state.best_average.as_ref().unwrap_or(&state.average);
+    let net = kept.apply(state.net.valid());
+    partial.publish(|folder| checkpoint::write(folder, &net, model, &state.metrics))?;
+    Ok(TrainSummary {
+        parameters: net.num_params(),
+        seconds: started.elapsed().as_secs_f64(),
+        updates: state.update,
+        validation: state.validation,
+        best: state.best,
+    })
 }
 
-/// The averaged weights of the checkpoint to start from, or freshly drawn ones.
-fn first_weights(request: &TrainRequest<'_>, device: &Device) -> Result<DriftNet, TrainError> {
-    let Some(start) = request.start else {
-        return Ok(request.model.network.init(device, &mut stream(request.train.seed, 0)));
-    };
-    let (net, model) = checkpoint::read(start, device)?;
-    if model.network != request.model.network {
-        let fault = "its network is not the one to be trained, so training cannot start from it".to_owned();
-        return Err(TrainError::Checkpoint { path: start.to_owned(), fault });
+/// Makes sure that what was asked for can be done: configurations, and something to learn from and to compare with.
+fn check(request: &TrainRequest<'_>) -> Result<(), TrainError> {
+    let TrainConfig { keep, patience, .. } = *request.train;
+    request.model.validate()?;
+    request.train.validate()?;
+    if request.validation.is_none() && (keep == Keep::Best || patience > 0) {
+        let key = if keep == Keep::Best { "train.keep = \"best\"" } else { "train.patience" };
+        return Err(TrainError::Config(format!("{key} needs validation episodes, got none")));
     }
-    Ok(net)
+    std::iter::once(request.demonstrations).chain(request.validation).try_for_each(check_data)
 }
 
-/// Makes sure that every episode has something to learn or to compare with.
-fn check(data: &Dataset) -> Result<(), TrainError> {
+fn check_data(data: &Dataset) -> Result<(), TrainError> {
     if data.episodes.is_empty() {
         return Err(TrainError::NoData);
     }
@@ -155,10 +160,93 @@ fn check(data: &Dataset) -> Result<(), TrainError> {
     }
 }
 
-/// Gradients and loss of one batch, its shards on threads of their own.
+/// Where training begins: at the state that an interrupted one left, if that is wanted and can be used, or before any update.
+fn first_state(
+    request: &TrainRequest<'_>,
+    partial: &PartialFolder,
+    fingerprint: Option<&Fingerprint>,
+    device: &Device,
+    observer: &mut dyn TrainObserver,
+) -> Result<TrainState, TrainError> {
+    let train = request.train;
+    let left = if request.resume == Resume::Never { None } else { partial.read_state()? };
+    if let (Some(bytes), Some(fingerprint)) = (left, fingerprint) {
+        // The drawn weights are all replaced.
+        let fresh = request.model.network.init(device, &mut stream(train.seed, 0));
+        match TrainState::from_bytes(&bytes, fingerprint, fresh, train, device) {
+            Ok(state) => {
+                observer.on_resume(state.update, state.validation.as_ref());
+                return Ok(state);
+            }
+            Err(fault) => {
+                let fault = TrainError::State { path: partial.state_path(), fault };
+                if request.resume == Resume::Always {
+                    return Err(fault);
+                }
+                observer.on_ignored_state(&fault);
+            }
+        }
+    }
+    let net = match request.start {
+        Some(start) => weights_of(start, request, device)?,
+        None => request.model.network.init(device, &mut stream(train.seed, 0)),
+    };
+    Ok(TrainState::new(net, train))
+}
+
+/// The averaged weights of the checkpoint `start`.
+fn weights_of(start: &Path, request: &TrainRequest<'_>, device: &Device) -> Result<DriftNet, TrainError> {
+    let (net, model) = checkpoint::read(start, device)?;
+    if model.network != request.model.network {
+        let fault = "its network is not the one to be trained, so training cannot start from it".to_owned();
+        return Err(TrainError::Checkpoint { path: start.to_owned(), fault });
+    }
+    Ok(net)
+}
+
+/// Takes in a validation: the best one so far, or one more without improvement.
+fn judge(state: &mut TrainState, report: ValidationMetrics, keep: Keep) {
+    state.validation = Some(report);
+    if state.best.is_none_or(|best| report.d_geo < best.d_geo) {
+        state.best = Some(report);
+        state.best_average = (keep == Keep::Best).then(|| state.average.clone());
+        state.stale = 0;
+    } else {
+        state.stale += 1;
+    }
+}
+
+/// Gradients, loss and windows of one part of a batch.
+struct Shard {
+    gradients: GradientsParams,
+    loss: f64,
+    windows: Vec<Window>,
+}
+
+/// One of the `accumulate` · `shards` parts of an update's batch, with a random stream of its own.
+fn shard(
+    net: &DriftNet,
+    request: &TrainRequest<'_>,
+    device: &Device,
+    update: usize,
+    part: usize,
+) -> Result<Shard, TrainError> {
+    let train = request.train;
+    let parts = train.accumulate * train.shards;
+    let mut rng = stream(train.seed, (update * parts + part) as u64);
+    let mut windows = Vec::new();
+    let loss = shard_loss(net, request, device, &mut rng, &mut windows)?.total.div_scalar(parts as f64);
+    let value = loss.clone().into_scalar::<f64>();
+    if !value.is_finite() {
+        return Err(TrainError::Diverged { what: "loss", update, shard: part, windows });
+    }
+    Ok(Shard { gradients: GradientsParams::from_grads(loss.backward(), net), loss: value, windows })
+}
+
+/// Gradients and loss of one update, the shards of each batch on threads of their own.
 ///
-/// Every shard has its own copy of the network, hence its own autodiff graph, and its own random stream; the sums run in the order
-/// of the shards, so the result does not depend on which thread is first.
+/// Every shard has its own copy of the network, hence its own autodiff graph; the sums run in the order of the shards, so the result
+/// does not depend on which thread is first.
 fn gradients(
     net: &DriftNet,
     request: &TrainRequest<'_>,
@@ -166,63 +254,45 @@ fn gradients(
     update: usize,
 ) -> Result<(GradientsParams, f64), TrainError> {
     let train = request.train;
-    let shards: Vec<_> = (0..train.shards).map(|shard| (shard, net.clone().fork(device))).collect();
-    let results: Vec<Result<(GradientsParams, f64), TrainError>> = std::thread::scope(|scope| {
-        let work = |(shard, net): (usize, DriftNet)| {
-            scope.spawn(move || {
-                let mut rng = stream(train.seed, (update * train.shards + shard) as u64);
-                let parts = shard_loss(&net, request, device, &mut rng)?;
-                let loss = parts.total.div_scalar(train.shards as f64);
-                let value = loss.clone().into_scalar::<f64>();
-                Ok((GradientsParams::from_grads(loss.backward(), &net), value))
-            })
-        };
-        let handles: Vec<_> = shards.into_iter().map(work).collect();
-        handles.into_iter().map(|handle| handle.join().unwrap_or(Err(TrainError::Worker))).collect()
-    });
     let mut sum = GradientsAccumulator::new();
     let mut total = 0.0;
-    for result in results {
-        let (gradients, loss) = result?;
-        sum.accumulate(net, gradients);
-        total += loss;
+    for batch in 0..train.accumulate {
+        let copies: Vec<_> = (0..train.shards).map(|index| (index, net.clone().fork(device))).collect();
+        let results: Vec<Result<Shard, TrainError>> = std::thread::scope(|scope| {
+            let work = |(index, net): (usize, DriftNet)| {
+                scope.spawn(move || shard(&net, request, device, update, batch * train.shards + index))
+            };
+            let handles: Vec<_> = copies.into_iter().map(work).collect();
+            handles.into_iter().map(|handle| handle.join().unwrap_or(Err(TrainError::Worker))).collect()
+        });
+        for result in results {
+            let Shard { gradients, loss, .. } = result?;
+            sum.accumulate(net, gradients);
+            total += loss;
+        }
     }
     Ok((sum.grads(), total))
 }
 
-fn validate(
-    net: DriftNet,
-    model: &ModelConfig,
-    held_out: &Dataset,
+/// Finds the shard whose gradient is not finite, by doing the update once more.
+fn infinite_gradient(
+    net: &DriftNet,
+    request: &TrainRequest<'_>,
     device: &Device,
     update: usize,
-) -> Result<ValidationMetrics, TrainError> {
-    let frames = model.network.decoder.frames;
-    let histories: Vec<_> = held_out
-        .episodes
-        .iter()
-        .map(|episode| ObservationHistory::at_step(&episode.observations, 0, frames))
-        .collect();
-    let policy = FlowPolicy::new(net, model.clone(), device.clone());
-    let drawn = policy.predict(&histories, &[VALIDATION_SEED], 1)?;
-    let (mut d_geo, mut rotation_rad, mut translation_m, mut count) = (0.0, 0.0, 0.0, 0.0);
-    for (samples, episode) in drawn.iter().zip(&held_out.episodes) {
-        for (predicted, wanted) in
-            samples.iter().flat_map(|sample| sample.consensus.iter().zip(&episode.actions))
-        {
-            let distance = geodesic_distance(&predicted.world_from_gripper, &wanted.world_from_gripper);
-            d_geo += distance.d_geo();
-            rotation_rad += distance.rotation_rad;
-            translation_m += distance.translation_m;
-            count += 1.0;
+) -> TrainError {
+    let mut windows = Vec::new();
+    for part in 0..request.train.accumulate * request.train.shards {
+        match shard(&net.clone().fork(device), request, device, update, part) {
+            Err(fault) => return fault,
+            Ok(done) if !global_norm(net, &done.gradients).is_finite() => {
+                return TrainError::Diverged { what: "gradient", update, shard: part, windows: done.windows };
+            }
+            Ok(done) => windows.extend(done.windows),
         }
     }
-    Ok(ValidationMetrics {
-        update,
-        d_geo: d_geo / count,
-        rotation_rad: rotation_rad / count,
-        translation_m: translation_m / count,
-    })
+    // Each is finite, their sum is not.
+    TrainError::Diverged { what: "summed gradient", update, shard: 0, windows }
 }
 
 fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
@@ -231,7 +301,14 @@ fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
     rng
 }
 
-fn write_line(out: &mut impl Write, value: &impl Serialize) -> std::io::Result<()> {
-    serde_json::to_writer(&mut *out, value)?;
-    out.write_all(b"\n")
+/// Appends `value` as a line to the metrics, here and in the partial folder.
+fn note(
+    metrics: &mut Vec<u8>,
+    partial: &mut PartialFolder,
+    value: &impl Serialize,
+) -> Result<(), TrainError> {
+    let start = metrics.len();
+    serde_json::to_writer(&mut *metrics, value).map_err(|fault| TrainError::Config(fault.to_string()))?;
+    metrics.push(b'\n');
+    partial.append_metrics(&metrics[start..])
 }

@@ -58,7 +58,8 @@ mod tests {
         assert_eq!(sentence(&error), "evaluating: a.npz: no `points`");
         assert_eq!(exit_code(&anyhow::anyhow!("a bug")), EXIT_INTERNAL);
         assert_eq!(exit_code(&TrainError::NoData.into()), EXIT_BAD_INPUT);
-        assert_eq!(exit_code(&TrainError::Diverged { update: 3 }.into()), EXIT_INTERNAL);
+        let diverged = TrainError::Diverged { what: "loss", update: 3, shard: 0, windows: Vec::new() };
+        assert_eq!(exit_code(&diverged.into()), EXIT_INTERNAL);
     }
 
     #[test]

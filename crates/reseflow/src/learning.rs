@@ -4,8 +4,8 @@ use std::path::Path;
 
 use reseflow_data::{Dataset, ObservationHistory};
 use reseflow_train::{
-    DeviceKind, FlowPolicy, PolicySample, TrainObserver, TrainRequest, TrainSummary, UpdateMetrics,
-    ValidationMetrics, train,
+    DeviceKind, FlowPolicy, PolicySample, Resume, TrainError, TrainObserver, TrainRequest, TrainSummary,
+    UpdateMetrics, ValidationMetrics, train,
 };
 
 use crate::cli::DeviceArg;
@@ -63,10 +63,12 @@ pub fn train_policy(
     demonstrations: &Dataset,
     validation: Option<&Dataset>,
     out: &Path,
+    resume: Resume,
     terminal: &Terminal,
 ) -> anyhow::Result<TrainSummary> {
     let mut display = TrainingDisplay {
         progress: terminal.progress("training", config.train.updates as u64),
+        terminal: *terminal,
         score: String::new(),
     };
     let request = TrainRequest {
@@ -75,6 +77,7 @@ pub fn train_policy(
         demonstrations,
         validation,
         start: None,
+        resume,
         device: config.device,
         out,
     };
@@ -85,6 +88,7 @@ pub fn train_policy(
 
 struct TrainingDisplay {
     progress: Progress,
+    terminal: Terminal,
     score: String,
 }
 
@@ -99,5 +103,15 @@ impl TrainObserver for TrainingDisplay {
 
     fn on_validation(&mut self, metrics: &ValidationMetrics) {
         self.score = format!(", validation D_geo {:.4}", metrics.d_geo);
+    }
+
+    fn on_resume(&mut self, update: usize, validation: Option<&ValidationMetrics>) {
+        self.terminal.note(format!("training goes on after update {update}"));
+        self.progress.start_at(update as u64);
+        validation.into_iter().for_each(|metrics| self.on_validation(metrics));
+    }
+
+    fn on_ignored_state(&mut self, reason: &TrainError) {
+        self.terminal.note(format!("warning: training starts anew: {reason}"));
     }
 }

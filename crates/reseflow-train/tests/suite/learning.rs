@@ -5,7 +5,7 @@ use reseflow_flow::TimeSampling;
 use reseflow_train::TrainConfig;
 use serde_json::Value;
 
-use crate::support::{Shelf, contents, demonstrations, histories, mean_d_geo, tiny_training};
+use crate::support::{Shelf, contents, demonstrations, histories, mean_d_geo, tiny_training, untimed};
 
 #[test]
 fn a_few_hundred_updates_learn_two_demonstrations_by_heart() {
@@ -84,16 +84,6 @@ fn one_configuration_gives_one_checkpoint_and_another_seed_another() {
     assert!(first["model.safetensors"] != other["model.safetensors"], "the seed changes nothing");
     let (mine, theirs) = (untimed(&first["metrics.jsonl"]), untimed(&other["metrics.jsonl"]));
     assert!(mine.iter().zip(&theirs).all(|(a, b)| a != b), "no line is the same");
-}
-
-/// The lines of the metrics without the speed, which no two runs share.
-fn untimed(lines: &[u8]) -> Vec<Value> {
-    let line = |text: &str| {
-        let mut line: Value = serde_json::from_str(text).unwrap();
-        line.as_object_mut().unwrap().remove("samples_per_sec");
-        line
-    };
-    std::str::from_utf8(lines).unwrap().lines().map(line).collect()
 }
 
 #[test]

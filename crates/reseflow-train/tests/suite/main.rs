@@ -8,4 +8,6 @@ mod equivariance;
 mod flows;
 mod learning;
 mod replacement;
+mod resume;
+mod schedule;
 mod support;

@@ -9,9 +9,10 @@ use reseflow_lie::geodesic_distance;
 use reseflow_net::{DecoderConfig, DriftNetConfig, EncoderConfig, GraphConfig, RadialBasis};
 use reseflow_sim::{GenerateRequest, generate, task};
 use reseflow_train::{
-    DeviceKind, FlowPolicy, ModelConfig, PolicySample, TrainConfig, TrainError, TrainObserver, TrainRequest,
-    TrainSummary, UpdateMetrics, ValidationMetrics, train,
+    DeviceKind, FlowPolicy, ModelConfig, PolicySample, Resume, TrainConfig, TrainError, TrainObserver,
+    TrainRequest, TrainSummary, UpdateMetrics, ValidationMetrics, train,
 };
+use serde_json::Value;
 
 /// The expert's demonstrations of the rotating triangle.
 pub(crate) fn demonstrations(split: Split, episodes: usize) -> Dataset {
@@ -61,6 +62,7 @@ pub(crate) fn tiny_training(updates: usize) -> TrainConfig {
         seed: 1,
         time: TimeSampling { zero_share: 0.3, ..TimeSampling::default() },
         objective: ObjectiveConfig { nodes: 0.5, opening: 0.25, overlap: 0.01, ..ObjectiveConfig::default() },
+        ..TrainConfig::default()
     }
 }
 
@@ -129,6 +131,7 @@ impl Shelf {
             demonstrations: data,
             validation,
             start: None,
+            resume: Resume::Never,
             device: DeviceKind::Cpu,
             out: &out,
         };
@@ -171,4 +174,14 @@ pub(crate) fn mean_d_geo(samples: &[Vec<PolicySample>], data: &Dataset) -> f64 {
         }
     }
     sum / count
+}
+
+/// The lines of the metrics without the speed, which no two runs share.
+pub(crate) fn untimed(lines: &[u8]) -> Vec<Value> {
+    let line = |text: &str| {
+        let mut line: Value = serde_json::from_str(text).unwrap();
+        line.as_object_mut().unwrap().remove("samples_per_sec");
+        line
+    };
+    std::str::from_utf8(lines).unwrap().lines().map(line).collect()
 }

@@ -138,7 +138,10 @@ pub struct InspectArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   reseflow train --config configs/quickstart.toml --data train.npz --validation validation.npz --out runs/mine
-  reseflow train --config configs/quickstart.toml --data train.npz --out runs/small --set train.batch_size=8")]
+  reseflow train --config configs/quickstart.toml --data train.npz --out runs/small --set train.batch_size=8
+  reseflow train --config configs/quickstart.toml --data train.npz --out runs/small --set train.batch_size=8 --resume
+
+Every `train.save_every` updates the training's state goes to DIR.partial, which disappears once DIR is whole.")]
 pub struct TrainArgs {
     /// A configuration; its `model` and `train` tables count
     #[arg(long, value_name = "FILE.toml")]
@@ -152,6 +155,9 @@ pub struct TrainArgs {
     /// The checkpoint's folder
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Go on where an interrupted training of the same configuration and data stopped, to the same bytes
+    #[arg(long)]
+    pub resume: bool,
     /// Where to compute; overrides the configuration
     #[arg(long, value_enum)]
     pub device: Option<DeviceArg>,
@@ -269,7 +275,8 @@ pub struct RolloutArgs {
   reseflow run configs/quickstart.toml
   reseflow run configs/quickstart.toml --set train.batch_size=8 --set name=small-batches
 
-A stage whose inputs have not changed since it was finished is skipped; run it again after any interruption.")]
+A stage whose inputs have not changed since it was finished is skipped, and an interrupted training goes on where its last state was
+saved; run it again after any interruption.")]
 pub struct RunArgs {
     /// The configuration
     #[arg(value_name = "CONFIG.toml")]

@@ -14,6 +14,7 @@ pub struct Progress {
     label: String,
     total: u64,
     done: AtomicU64,
+    before: u64,
     started: Instant,
     display: Display,
 }
@@ -36,7 +37,7 @@ impl Progress {
         } else {
             Display::Plain { last_line: Mutex::new(started) }
         };
-        Self { label: label.to_owned(), total, done: AtomicU64::new(0), started, display }
+        Self { label: label.to_owned(), total, done: AtomicU64::new(0), before: 0, started, display }
     }
 
     /// One more thing is done.
@@ -49,6 +50,16 @@ impl Progress {
     pub fn set(&self, done: u64, message: &str) {
         self.done.store(done, Ordering::Relaxed);
         self.show(done, message);
+    }
+
+    /// `done` things were done before this work was taken up again; the time left is judged from what comes now.
+    pub fn start_at(&mut self, done: u64) {
+        self.done.store(done, Ordering::Relaxed);
+        self.before = done;
+        if let Display::Bar(bar) = &self.display {
+            bar.set_position(done);
+            bar.reset_eta();
+        }
     }
 
     fn show(&self, done: u64, message: &str) {
@@ -73,7 +84,9 @@ impl Progress {
     fn plain_line(&self, done: u64, message: &str) {
         let secs = self.started.elapsed().as_secs_f64();
         let separator = if message.is_empty() { "" } else { ", " };
-        eprintln!("{}: {done}/{} after {secs:.1} s{separator}{message}", self.label, self.total);
+        let left = seconds_left(done, self.before, self.total, secs);
+        let left = left.map(|left| format!(" (about {left:.0} s left)")).unwrap_or_default();
+        eprintln!("{}: {done}/{} after {secs:.1} s{left}{separator}{message}", self.label, self.total);
     }
 
     /// Ends the display and returns the seconds that the work took.
@@ -86,5 +99,25 @@ impl Progress {
             }
         }
         self.started.elapsed().as_secs_f64()
+    }
+}
+
+/// The seconds that the rest takes at the speed so far; `None` where nothing was done yet, or nothing is left.
+fn seconds_left(done: u64, before: u64, total: u64, secs: f64) -> Option<f64> {
+    let now = done.saturating_sub(before);
+    let left = total.saturating_sub(done);
+    (now > 0 && left > 0).then(|| secs * left as f64 / now as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_left_is_judged_by_what_was_done_since_the_start() {
+        assert_eq!(seconds_left(25, 0, 100, 5.0), Some(15.0));
+        assert_eq!(seconds_left(75, 50, 100, 5.0), Some(5.0), "work done before took none of this time");
+        assert_eq!(seconds_left(50, 50, 100, 5.0), None);
+        assert_eq!(seconds_left(100, 0, 100, 5.0), None);
     }
 }

@@ -1,6 +1,7 @@
 //! What each stage of a run does.
 
 use reseflow_data::{Dataset, Split, Task};
+use reseflow_train::Resume;
 use serde_json::{Value, json};
 
 use super::{Layout, StageRun, Stamps};
@@ -77,7 +78,8 @@ impl Context<'_> {
         let watch = self.config.data.validation_episodes > 0;
         let validation = watch.then(|| Dataset::read(self.layout.data("validation"))).transpose()?;
         let checkpoint = self.layout.checkpoint();
-        train_policy(self.config, &demonstrations, validation.as_ref(), &checkpoint, self.terminal)?;
+        let resume = if self.fresh { Resume::Never } else { Resume::IfSame };
+        train_policy(self.config, &demonstrations, validation.as_ref(), &checkpoint, resume, self.terminal)?;
         let metrics = std::fs::read_to_string(self.layout.metrics())?;
         let curves = [("loss", curve(&metrics, "loss")), ("D_geo, validation", curve(&metrics, "d_geo"))];
         self.draw("training", &training_curve(&format!("{}: training", self.config.name), &curves))

@@ -6,4 +6,5 @@ mod bad_input;
 mod pipeline;
 mod policies;
 mod recording;
+mod resume;
 mod support;

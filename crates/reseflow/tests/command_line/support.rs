@@ -132,6 +132,12 @@ impl Bench {
         }
     }
 
+    /// The names of everything in the folder `name`.
+    pub(crate) fn names(&self, name: &str) -> Vec<String> {
+        let entries = fs::read_dir(self.path(name)).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
+    }
+
     /// Files that a failed write left behind.
     pub(crate) fn litter(&self) -> Vec<String> {
         let names = std::fs::read_dir(self.folder.path()).unwrap();

@@ -46,6 +46,7 @@ fn trained(data: &Dataset, updates: usize) -> FlowPolicy {
         model: &model,
         train: &config,
         demonstrations: data,
+        mixture: None,
         validation: None,
         start: None,
         resume: Resume::Never,

@@ -9,6 +9,7 @@ use reseflow_net::{CloudGraph, DriftNet, HeatMap, TokenBatch};
 
 use crate::augment::{Scaling, drop_points, jitter};
 use crate::convert::{graph, token, tokens};
+use crate::reflow::Example;
 use crate::{TrainConfig, TrainError, TrainRequest};
 
 /// Draws windows and the loss's inputs, and evaluates the loss of `net`; `drawn` gets the windows.
@@ -19,13 +20,14 @@ pub(crate) fn shard_loss(
     rng: &mut ChaCha8Rng,
     drawn: &mut Vec<Window>,
 ) -> Result<LossParts, TrainError> {
-    let TrainRequest { model, train, demonstrations: data, .. } = *request;
+    let TrainRequest { model, train, demonstrations: data, mixture, .. } = *request;
     let decoder = &model.network.decoder;
     let count = train.batch_size / train.shards;
     let (mut frames, mut states, mut noisy, mut targets, mut weights, mut times) =
         (vec![Vec::new(); decoder.frames], Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for _ in 0..count {
-        let window = draw_window(data, train, rng);
+        let mixed = mixture.map(|mixture| mixture.draw(data, train.first_window_share, rng)).transpose()?;
+        let window = mixed.as_ref().map_or_else(|| draw_window(data, train, rng), |mixed| mixed.window);
         drawn.push(window);
         let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
         let scaling = Scaling::draw(&observed[observed.len() - 1].cloud, train, rng);
@@ -42,9 +44,19 @@ pub(crate) fn shard_loss(
         states.push(reseflow_net::SceneState { frames: grippers, progress });
 
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
-        let mut clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-        scaling.iter().for_each(|scaling| scaling.actions(&mut clean));
-        let noise = model.prior.sample(&prior_frame, decoder.horizon, rng);
+        let (noise, clean) = match mixed {
+            Some(Example { mut noise, mut clean, .. }) => {
+                // Both belong to the scene as it was recorded.
+                scaling.iter().for_each(|scaling| scaling.actions(&mut noise));
+                scaling.iter().for_each(|scaling| scaling.actions(&mut clean));
+                (noise, clean)
+            }
+            None => {
+                let mut clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
+                scaling.iter().for_each(|scaling| scaling.actions(&mut clean));
+                (model.prior.sample(&prior_frame, decoder.horizon, rng), clean)
+            }
+        };
         let t = train.time.sample(rng);
         noisy.push(model.path.at(&noise, &clean, t)?);
         times.push(t);

@@ -64,6 +64,9 @@ pub enum TrainError {
         /// The episode.
         index: usize,
     },
+    /// Pairs that do not belong to the demonstrations or to the network.
+    #[error("pairs: {0}")]
+    Pairs(String),
     /// A worker thread panicked.
     #[error("a training thread stopped unexpectedly")]
     Worker,

@@ -7,7 +7,7 @@ use reseflow_data::{Action, Dataset, Episode, Observation};
 use reseflow_lie::SE3;
 use serde::{Deserialize, Serialize};
 
-use crate::{TrainConfig, TrainError, TrainRequest};
+use crate::{Mixture, TrainConfig, TrainError, TrainRequest};
 
 /// Hashes of everything that a training's bytes depend on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,6 +17,7 @@ pub(crate) struct Fingerprint {
     demonstrations: String,
     validation: Option<String>,
     start: Option<String>,
+    mixture: Option<String>,
 }
 
 impl Fingerprint {
@@ -35,6 +36,7 @@ impl Fingerprint {
             demonstrations: hash_of_data(request.demonstrations),
             validation: request.validation.map(hash_of_data),
             start: request.start.map(hash_of_checkpoint).transpose()?,
+            mixture: request.mixture.map(hash_of_mixture).transpose()?,
         })
     }
 
@@ -45,6 +47,7 @@ impl Fingerprint {
             (self.demonstrations != other.demonstrations, "with other demonstrations"),
             (self.validation != other.validation, "with other validation episodes"),
             (self.start != other.start, "from other weights to start with"),
+            (self.mixture != other.mixture, "with other pairs"),
             (self.program != other.program, "by another build of this program"),
         ];
         differences.into_iter().find_map(|(differs, how)| differs.then_some(how))
@@ -65,6 +68,25 @@ fn hash_of_checkpoint(folder: &Path) -> Result<String, TrainError> {
     let path = folder.join(crate::checkpoint::WEIGHTS);
     let bytes = std::fs::read(&path).map_err(|source| TrainError::Io { path, source })?;
     Ok(blake3::hash(&bytes).to_hex().to_string())
+}
+
+fn hash_of_mixture(mixture: &Mixture<'_>) -> Result<String, TrainError> {
+    let (config, windows) = mixture.parts();
+    let config = serde_json::to_vec(config).map_err(|fault| TrainError::Config(fault.to_string()))?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&config);
+    for of in windows {
+        let mut bytes = Vec::new();
+        for number in [of.window.episode, of.window.step, of.pairs.len()] {
+            put_length(&mut bytes, number);
+        }
+        for pair in &of.pairs {
+            put_actions(&mut bytes, &pair.noise.0);
+            put_actions(&mut bytes, &pair.image.0);
+        }
+        hasher.update(&bytes);
+    }
+    Ok(hasher.finalize().to_hex().to_string())
 }
 
 fn hash_of_data(data: &Dataset) -> String {

@@ -6,7 +6,7 @@ use burn::tensor::Device;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reseflow_data::{ActionChunk, Observation, ObservationHistory, Plan, Policy, PolicyError};
-use reseflow_flow::{Flow, PriorFrame, Solver, integrate};
+use reseflow_flow::{Flow, PriorFrame, Solver, Straightness, integrate, straightness};
 use reseflow_lie::geodesic_distance;
 use reseflow_net::DriftNet;
 
@@ -28,9 +28,9 @@ pub struct PolicySample {
 /// A policy that integrates a learned flow from noise about the gripper.
 #[derive(Debug)]
 pub struct FlowPolicy {
-    net: DriftNet,
-    config: ModelConfig,
-    device: Device,
+    pub(crate) net: DriftNet,
+    pub(crate) config: ModelConfig,
+    pub(crate) device: Device,
     steps: usize,
     seed: u64,
     plans: u64,
@@ -55,6 +55,16 @@ impl FlowPolicy {
     /// Integration steps of [`Policy::plan`].
     pub fn set_steps(&mut self, steps: usize) {
         self.steps = steps;
+    }
+
+    /// The network and the flow.
+    pub fn model(&self) -> &ModelConfig {
+        &self.config
+    }
+
+    /// A copy for another thread.
+    pub(crate) fn fork(&self) -> Self {
+        Self::new(self.net.clone(), self.config.clone(), self.device.clone())
     }
 
     /// Observation frames O.
@@ -93,6 +103,27 @@ impl FlowPolicy {
             }
         }
         Ok(samples)
+    }
+
+    /// How straight the flow is along `steps` uniform Euler steps, from the noise that [`FlowPolicy::predict`] draws for the seed.
+    ///
+    /// # Errors
+    /// Where an observation cannot be used, or `histories` is empty or `steps` zero.
+    pub fn straightness(
+        &self,
+        histories: &[ObservationHistory],
+        seed: u64,
+        steps: usize,
+    ) -> Result<Straightness, TrainError> {
+        if histories.is_empty() {
+            return Err(TrainError::NoData);
+        }
+        let scenes: Vec<(Vec<&Observation>, usize)> =
+            histories.iter().map(|history| (history.frames().collect(), history.elapsed_steps())).collect();
+        let mut field = NetField::new(&self.net, &scenes, &self.device)?;
+        let streams = histories.iter().zip(0..);
+        let noise: Vec<_> = streams.map(|(history, stream)| self.noise(history, seed, stream)).collect();
+        Ok(straightness(&mut Flow::Endpoint(&mut field), self.config.path, &noise, steps)?)
     }
 
     fn noise(&self, history: &ObservationHistory, seed: u64, stream: u64) -> ActionChunk {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use reseflow_data::Dataset;
 
-use crate::{DeviceKind, ModelConfig, TrainConfig};
+use crate::{DeviceKind, Mixture, ModelConfig, TrainConfig};
 
 /// What to train, on what, from where, and where the checkpoint goes.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +15,8 @@ pub struct TrainRequest<'a> {
     pub train: &'a TrainConfig,
     /// The episodes to learn from.
     pub demonstrations: &'a Dataset,
+    /// Pairs to learn from beside the demonstrations, for Flow 2.
+    pub mixture: Option<&'a Mixture<'a>>,
     /// Held-out episodes, scored during training.
     pub validation: Option<&'a Dataset>,
     /// The checkpoint whose averaged weights training starts from; without one they are drawn.

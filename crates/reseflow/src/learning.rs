@@ -66,22 +66,35 @@ pub fn train_policy(
     resume: Resume,
     terminal: &Terminal,
 ) -> anyhow::Result<TrainSummary> {
-    let mut display = TrainingDisplay {
-        progress: terminal.progress("training", config.train.updates as u64),
-        terminal: *terminal,
-        score: String::new(),
-    };
     let request = TrainRequest {
         model: &config.model,
         train: &config.train,
         demonstrations,
+        mixture: None,
         validation,
         start: None,
         resume,
         device: config.device,
         out,
     };
-    let summary = train(&request, &mut display)?;
+    train_with_progress(&request, "training", terminal)
+}
+
+/// Trains as requested, with the progress on the terminal under the name `label`.
+///
+/// # Errors
+/// What the trainer reports.
+pub fn train_with_progress(
+    request: &TrainRequest<'_>,
+    label: &str,
+    terminal: &Terminal,
+) -> anyhow::Result<TrainSummary> {
+    let mut display = TrainingDisplay {
+        progress: terminal.progress(label, request.train.updates as u64),
+        terminal: *terminal,
+        score: String::new(),
+    };
+    let summary = train(request, &mut display)?;
     display.progress.finish();
     Ok(summary)
 }

@@ -12,4 +12,5 @@ pub mod output;
 pub mod pipeline;
 pub mod plot;
 pub mod provenance;
+pub mod reflow;
 pub mod rollouts;

@@ -7,6 +7,7 @@ mod damage;
 mod equivariance;
 mod flows;
 mod learning;
+mod reflow;
 mod replacement;
 mod resume;
 mod schedule;

@@ -71,6 +71,7 @@ impl Workshop {
             model: &tiny_model(),
             train: config,
             demonstrations: data,
+            mixture: None,
             validation: Some(&self.held_out),
             start: None,
             resume,

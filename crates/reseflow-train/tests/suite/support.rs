@@ -129,6 +129,7 @@ impl Shelf {
             model,
             train: config,
             demonstrations: data,
+            mixture: None,
             validation,
             start: None,
             resume: Resume::Never,

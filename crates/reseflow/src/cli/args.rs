@@ -37,6 +37,8 @@ pub enum Command {
     Inspect(InspectArgs),
     /// Train a policy on a data set
     Train(TrainArgs),
+    /// Make pairs with a trained flow and train the next, straighter one on them (Flow 2)
+    Reflow(ReflowArgs),
     /// Predict trajectories from each episode's first observation
     Predict(PredictArgs),
     /// Score a policy against held-out demonstrations
@@ -162,6 +164,45 @@ pub struct TrainArgs {
     #[arg(long, value_enum)]
     pub device: Option<DeviceArg>,
     /// Override a key of the configuration, for example train.batch_size=8
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
+}
+
+/// `reseflow reflow`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  reseflow reflow --config configs/coin_toss.toml --checkpoint runs/flow-1 --data train.npz --out runs/flow-2
+  reseflow reflow --config configs/coin_toss.toml --checkpoint runs/flow-1 --data train.npz --out runs/flow-2 \\
+    --set reflow.mixture.pair_share=1 --pairs pairs.npz
+
+The pair file says which checkpoint, data and settings it was made with, and is used again where these are the same. For another
+round, call it with the new checkpoint.")]
+pub struct ReflowArgs {
+    /// A configuration; its `train` and `reflow` tables count, the network is the checkpoint's
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: PathBuf,
+    /// The folder of the trained flow
+    #[arg(long, value_name = "DIR")]
+    pub checkpoint: PathBuf,
+    /// The demonstrations that it has learned from
+    #[arg(long, value_name = "FILE.npz")]
+    pub data: PathBuf,
+    /// Held-out demonstrations, scored during training
+    #[arg(long, value_name = "FILE.npz")]
+    pub validation: Option<PathBuf>,
+    /// The pair file to use or to write [default: beside the checkpoint's folder, with the ending .pairs.npz]
+    #[arg(long, value_name = "FILE.npz")]
+    pub pairs: Option<PathBuf>,
+    /// The new checkpoint's folder
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Go on where an interrupted training of the same configuration and data stopped, to the same bytes
+    #[arg(long)]
+    pub resume: bool,
+    /// Where to compute; overrides the configuration
+    #[arg(long, value_enum)]
+    pub device: Option<DeviceArg>,
+    /// Override a key of the configuration, for example reflow.updates=500
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
 }

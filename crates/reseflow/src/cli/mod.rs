@@ -4,7 +4,7 @@ mod args;
 mod parse;
 
 pub use args::{
-    Cli, Command, DeviceArg, EvalArgs, GenArgs, InspectArgs, PredictArgs, RolloutArgs, RunArgs, SplitArg,
-    TrainArgs,
+    Cli, Command, DeviceArg, EvalArgs, GenArgs, InspectArgs, PredictArgs, ReflowArgs, RolloutArgs, RunArgs,
+    SplitArg, TrainArgs,
 };
 pub use parse::{Parsed, parse};

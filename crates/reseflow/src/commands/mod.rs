@@ -4,6 +4,7 @@ mod eval;
 mod generate;
 mod inspect;
 mod predict;
+mod reflow;
 mod rollout;
 mod run;
 mod train;
@@ -22,6 +23,7 @@ pub fn execute(cli: Cli) -> anyhow::Result<()> {
         Command::Inspect(args) => inspect::execute(&args, &terminal),
         Command::Rollout(args) => rollout::execute(&args, &terminal),
         Command::Train(args) => train::execute(&args, &terminal),
+        Command::Reflow(args) => reflow::execute(&args, &terminal),
         Command::Predict(args) => predict::execute(&args, &terminal),
         Command::Eval(args) => eval::execute(&args, &terminal),
         Command::Run(args) => run::execute(&args, &terminal),

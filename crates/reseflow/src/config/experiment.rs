@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use reseflow_train::{DeviceKind, ModelConfig, TrainConfig};
+use reseflow_train::{DeviceKind, ModelConfig, ReflowConfig, TrainConfig};
 
 /// An experiment on one task. Every key has a default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,6 +24,9 @@ pub struct ExperimentConfig {
     pub model: ModelConfig,
     /// The optimisation.
     pub train: TrainConfig,
+    /// How Flow 2 is made of Flow 1; without this table there is Flow 1 only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflow: Option<ReflowConfig>,
     /// The scoring on recorded episodes.
     pub eval: EvalConfig,
     /// The rollouts in the simulator.
@@ -82,6 +85,7 @@ impl Default for ExperimentConfig {
             data: DataConfig::default(),
             model: ModelConfig::default(),
             train: TrainConfig::default(),
+            reflow: None,
             eval: EvalConfig::default(),
             rollout: RolloutSection::default(),
         }
@@ -147,7 +151,14 @@ impl ExperimentConfig {
             ));
         }
         self.model.validate().map_err(|fault| fault.to_string())?;
-        self.train.validate().map_err(|fault| fault.to_string())
+        self.train.validate().map_err(|fault| fault.to_string())?;
+        let reflow = self.reflow.as_ref().map_or(Ok(()), |reflow| reflow.validate(&self.train));
+        reflow.map_err(|fault| fault.to_string())
+    }
+
+    /// How many flows a run trains: Flow 1, and one for each round of reflow.
+    pub fn flows(&self) -> usize {
+        1 + self.reflow.as_ref().map_or(0, |reflow| reflow.rounds)
     }
 
     /// The run's folder.
@@ -184,6 +195,10 @@ mod tests {
         let text = toml::to_string(&config).unwrap();
         assert_eq!(parse::<ExperimentConfig>(&text, "resolved", &[]).unwrap(), config);
         config.validate().unwrap();
+        assert!(!text.contains("reflow"), "without the table there is none");
+        let config = ExperimentConfig { reflow: Some(ReflowConfig::default()), ..config };
+        let text = toml::to_string(&config).unwrap();
+        assert_eq!(parse::<ExperimentConfig>(&text, "resolved", &[]).unwrap(), config);
     }
 
     #[test]

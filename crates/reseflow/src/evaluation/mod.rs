@@ -1,11 +1,13 @@
 //! Scoring a policy on recorded episodes: from each episode's first observation, over noise seeds and numbers of steps.
 
+mod modes;
 mod report;
 mod run;
 mod scoring;
 mod trivial;
 
-pub use report::{EvalReport, StepRow};
+pub use modes::ModeScores;
+pub use report::{EvalReport, StepRow, StraightnessRow};
 pub use run::{EvalInputs, Loaded, evaluate};
 pub use scoring::{SamplePolicy, noise_seeds, predict_first, score_steps};
 pub use trivial::{TrivialScores, trivial_scores};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::TrivialScores;
+use super::{ModeScores, TrivialScores};
 use crate::metrics::Scores;
 use crate::output::Table;
 use crate::provenance::Provenance;
@@ -23,8 +23,22 @@ pub struct StepRow {
     pub per_node: Vec<f64>,
     /// Node-wise consistency: the nodes' mean distance from the consensus.
     pub node_spread: Option<f64>,
+    /// How the samples lie about both experts, where the episodes have two.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<ModeScores>,
     /// Wall-clock seconds for all samples of this row.
     pub secs: f64,
+}
+
+/// The mean squared distance between drift and displacement along the flow, metres weighted by 1/ℓ.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StraightnessRow {
+    /// Mean over scenes and actions.
+    pub absolute: f64,
+    /// As a share of the mean squared displacement; 0 where one step is as good as many.
+    pub relative: f64,
+    /// Uniform Euler steps.
+    pub steps: usize,
 }
 
 /// The result file.
@@ -32,6 +46,9 @@ pub struct StepRow {
 pub struct EvalReport {
     /// One row for each number of steps.
     pub rows: Vec<StepRow>,
+    /// How straight the flow is; reports of older versions do not say.
+    #[serde(default)]
+    pub straightness: Option<StraightnessRow>,
     /// What trivial predictors score on the same episodes.
     pub trivial: Option<TrivialScores>,
     /// Episodes scored.

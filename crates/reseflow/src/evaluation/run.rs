@@ -2,13 +2,20 @@
 
 use std::path::PathBuf;
 
-use reseflow_data::{Dataset, DatasetFile};
+use reseflow_data::{Dataset, DatasetFile, Episode, ObservationHistory};
 
-use super::{EvalReport, noise_seeds, score_steps, trivial_scores};
+use super::{EvalReport, StraightnessRow, noise_seeds, score_steps, trivial_scores};
+use crate::error::{bad_input, sentence};
 use crate::learning::load_policy;
 use crate::output::Terminal;
 use crate::provenance::Provenance;
-use reseflow_train::{DeviceKind, FlowPolicy};
+use crate::rollouts::FIRST_SEED;
+use reseflow_train::{DeviceKind, FlowPolicy, Straightness};
+
+/// Episodes that the straightness is measured on.
+const STRAIGHT_EPISODES: usize = 20;
+/// Euler steps that it is measured with.
+const STRAIGHT_STEPS: usize = 50;
 
 /// What is to be evaluated, on what.
 #[derive(Debug, Clone)]
@@ -67,6 +74,7 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
     let text = |path: &PathBuf| path.display().to_string();
     Ok(EvalReport {
         rows,
+        straightness: Some(straightness(policy, &held_out.dataset)?),
         trivial,
         episodes: held_out.dataset.len(),
         seeds,
@@ -77,6 +85,18 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
         config: checkpoint_config(&inputs.checkpoint),
         provenance: Provenance::gather(&format!("{:?}", inputs.device).to_lowercase()),
     })
+}
+
+/// Measures the flow from the first windows of at most [`STRAIGHT_EPISODES`] episodes.
+fn straightness(policy: &FlowPolicy, held_out: &Dataset) -> anyhow::Result<StraightnessRow> {
+    let horizon = policy.observation_horizon();
+    let first = |episode: &Episode| ObservationHistory::at_step(&episode.observations, 0, horizon);
+    let histories: Vec<_> = held_out.episodes.iter().take(STRAIGHT_EPISODES).map(first).collect();
+    let measured = policy
+        .straightness(&histories, FIRST_SEED, STRAIGHT_STEPS)
+        .map_err(|fault| bad_input(sentence(&anyhow::Error::new(fault))))?;
+    let Straightness { absolute, relative } = measured;
+    Ok(StraightnessRow { absolute, relative, steps: STRAIGHT_STEPS })
 }
 
 /// The resolved configuration that lies in the checkpoint; `null` where there is none.

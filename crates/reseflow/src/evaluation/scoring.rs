@@ -4,6 +4,7 @@ use reseflow_data::{Dataset, ObservationHistory};
 use reseflow_train::PolicySample;
 
 use super::StepRow;
+use super::modes::score_modes;
 use crate::error::bad_input;
 use crate::metrics::{Scores, TrajectoryError, mean};
 use crate::rollouts::FIRST_SEED;
@@ -86,6 +87,7 @@ pub fn score_steps(
         scores,
         per_node: (0..nodes).filter_map(of_node).collect(),
         node_spread: mean(&spreads),
+        modes: score_modes(&samples, dataset),
         secs,
     })
 }

@@ -34,19 +34,24 @@ impl Layout {
         self.root.join("data").join(format!("{split}.npz"))
     }
 
-    /// The trained policy's folder.
-    pub fn checkpoint(&self) -> PathBuf {
-        self.root.join("checkpoint")
+    /// The folder of flow `flow`, from 1.
+    pub fn checkpoint(&self, flow: usize) -> PathBuf {
+        self.root.join(numbered("checkpoint", flow))
     }
 
     /// What the trainer noted, one JSON object a line.
-    pub fn metrics(&self) -> PathBuf {
-        self.checkpoint().join("metrics.jsonl")
+    pub fn metrics(&self, flow: usize) -> PathBuf {
+        self.checkpoint(flow).join("metrics.jsonl")
     }
 
-    /// The evaluation's result.
-    pub fn eval(&self) -> PathBuf {
-        self.root.join("eval.json")
+    /// The pairs that flow `flow`, from 2, learns from.
+    pub fn pairs(&self, flow: usize) -> PathBuf {
+        self.root.join("data").join(numbered("pairs", flow) + ".npz")
+    }
+
+    /// The result of the evaluation of flow `flow`, from 1.
+    pub fn eval(&self, flow: usize) -> PathBuf {
+        self.root.join(numbered("eval", flow) + ".json")
     }
 
     /// The rollouts' result.
@@ -78,4 +83,9 @@ impl Layout {
     pub fn stamps(&self) -> PathBuf {
         self.root.join("stamps")
     }
+}
+
+/// The name of what belongs to flow `flow`: Flow 1's is `name` itself.
+pub(super) fn numbered(name: &str, flow: usize) -> String {
+    if flow == 1 { name.to_owned() } else { format!("{name}-{flow}") }
 }

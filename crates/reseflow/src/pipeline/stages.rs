@@ -1,9 +1,10 @@
 //! What each stage of a run does.
 
-use reseflow_data::{Dataset, Split, Task};
-use reseflow_train::Resume;
+use reseflow_data::{Dataset, DatasetFile, PairSet, Split, Task};
+use reseflow_train::{ReflowConfig, Resume};
 use serde_json::{Value, json};
 
+use super::layout::numbered;
 use super::{Layout, StageRun, Stamps};
 use crate::config::ExperimentConfig;
 use crate::demonstrations::{DemonstrationRequest, record};
@@ -14,6 +15,7 @@ use crate::plot::{
     LinePlot, PredictorCurve, d_geo_against_steps, encode_png, per_action_error, training_curve,
 };
 use crate::provenance::Provenance;
+use crate::reflow::Round;
 use crate::rollouts::{Actor, PictureBook, RolloutReport, RolloutRequest, Witness, run_episodes};
 
 /// What every stage needs.
@@ -51,13 +53,32 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
     };
 
     let inputs = json!([train_data, validation_data, config.model, config.train, config.device]);
-    let outputs = [layout.checkpoint(), layout.picture("training")];
-    let policy = stage("train", inputs, &outputs, &mut || context.train())?;
+    let outputs = [layout.checkpoint(1), layout.picture("training")];
+    let mut policies = vec![stage("train", inputs, &outputs, &mut || context.train())?];
+    for (reflow, round) in
+        config.reflow.iter().flat_map(|reflow| (1..=reflow.rounds).map(move |n| (reflow, n)))
+    {
+        let (flow, start) = (round + 1, policies[round - 1].clone());
+        let inputs = json!([start, train_data, reflow.pairs_of(round), config.device]);
+        let work = &mut || context.pairs(reflow, round);
+        let pairs = stage(&numbered("pairs", flow), inputs, &[layout.pairs(flow)], work)?;
 
-    let inputs = json!([policy, train_data, test_data, config.eval, config.device]);
-    let outputs = [layout.eval(), layout.picture("d_geo_steps"), layout.picture("per_action")];
-    stage("eval", inputs, &outputs, &mut || context.eval())?;
+        let training = reflow.training(&config.train, round);
+        let inputs =
+            json!([start, pairs, train_data, validation_data, training, reflow.mixture, config.device]);
+        let outputs = [layout.checkpoint(flow), layout.picture(&numbered("training", flow))];
+        policies
+            .push(stage(&numbered("train", flow), inputs, &outputs, &mut || context.reflow(reflow, round))?);
+    }
 
+    for (flow, policy) in (1..).zip(&policies) {
+        let inputs = json!([policy, train_data, test_data, config.eval, config.device]);
+        let picture = |name: &str| layout.picture(&numbered(name, flow));
+        let outputs = [layout.eval(flow), picture("d_geo_steps"), picture("per_action")];
+        stage(&numbered("eval", flow), inputs, &outputs, &mut || context.eval(flow))?;
+    }
+
+    let policy = &policies[policies.len() - 1];
     let inputs = json!([policy, config.task, config.data.seed, config.rollout, config.device]);
     let outputs = [layout.rollout(), layout.log(), layout.picture("episodes")];
     stage("rollout", inputs, &outputs, &mut || context.rollout())?;
@@ -75,19 +96,51 @@ impl Context<'_> {
 
     fn train(&self) -> anyhow::Result<()> {
         let demonstrations = Dataset::read(self.layout.data("train"))?;
-        let watch = self.config.data.validation_episodes > 0;
-        let validation = watch.then(|| Dataset::read(self.layout.data("validation"))).transpose()?;
-        let checkpoint = self.layout.checkpoint();
-        let resume = if self.fresh { Resume::Never } else { Resume::IfSame };
+        let validation = self.validation()?;
+        let (checkpoint, resume) = (self.layout.checkpoint(1), self.resume());
         train_policy(self.config, &demonstrations, validation.as_ref(), &checkpoint, resume, self.terminal)?;
-        let metrics = std::fs::read_to_string(self.layout.metrics())?;
-        let curves = [("loss", curve(&metrics, "loss")), ("D_geo, validation", curve(&metrics, "d_geo"))];
-        self.draw("training", &training_curve(&format!("{}: training", self.config.name), &curves))
+        self.draw_training(1)
     }
 
-    fn eval(&self) -> anyhow::Result<()> {
+    fn pairs(&self, reflow: &ReflowConfig, round: usize) -> anyhow::Result<()> {
+        let data = DatasetFile::read(self.layout.data("train"))?;
+        let (flow, checkpoint) = (round + 1, self.layout.checkpoint(round));
+        let round =
+            Round { config: self.config, reflow, number: round, checkpoint: &checkpoint, data: &data };
+        round.make_pairs(&self.layout.pairs(flow), self.terminal).map(drop)
+    }
+
+    fn reflow(&self, reflow: &ReflowConfig, round: usize) -> anyhow::Result<()> {
+        let data = DatasetFile::read(self.layout.data("train"))?;
+        let (flow, checkpoint) = (round + 1, self.layout.checkpoint(round));
+        let pairs = PairSet::read(self.layout.pairs(flow))?;
+        let validation = self.validation()?;
+        let round =
+            Round { config: self.config, reflow, number: round, checkpoint: &checkpoint, data: &data };
+        let out = self.layout.checkpoint(flow);
+        round.train(&pairs, validation.as_ref(), &out, self.resume(), self.terminal)?;
+        self.draw_training(flow)
+    }
+
+    fn validation(&self) -> anyhow::Result<Option<Dataset>> {
+        let watch = self.config.data.validation_episodes > 0;
+        Ok(watch.then(|| Dataset::read(self.layout.data("validation"))).transpose()?)
+    }
+
+    fn resume(&self) -> Resume {
+        if self.fresh { Resume::Never } else { Resume::IfSame }
+    }
+
+    fn draw_training(&self, flow: usize) -> anyhow::Result<()> {
+        let metrics = std::fs::read_to_string(self.layout.metrics(flow))?;
+        let curves = [("loss", curve(&metrics, "loss")), ("D_geo, validation", curve(&metrics, "d_geo"))];
+        let title = format!("{}: {}", self.config.name, numbered("training", flow));
+        self.draw(&numbered("training", flow), &training_curve(&title, &curves))
+    }
+
+    fn eval(&self, flow: usize) -> anyhow::Result<()> {
         let inputs = EvalInputs {
-            checkpoint: self.layout.checkpoint(),
+            checkpoint: self.layout.checkpoint(flow),
             data: self.layout.data("test"),
             train_data: Some(self.layout.data("train")),
             steps: self.config.eval.steps.clone(),
@@ -95,31 +148,35 @@ impl Context<'_> {
             device: self.config.device,
         };
         let report = evaluate(&inputs, &inputs.load()?, self.terminal)?;
-        OutputFile::claim(&self.layout.eval())?.write_json(&report)?;
-        self.draw_scores(&report)
+        OutputFile::claim(&self.layout.eval(flow))?.write_json(&report)?;
+        self.draw_scores(&report, flow)
     }
 
-    fn draw_scores(&self, report: &EvalReport) -> anyhow::Result<()> {
+    fn draw_scores(&self, report: &EvalReport, flow: usize) -> anyhow::Result<()> {
         let title = format!(
             "{}: {} held-out episodes, {} noise seeds",
-            self.config.name,
+            numbered(&self.config.name, flow),
             report.episodes,
             report.seeds.len()
         );
         let trivial: Vec<PredictorCurve<'_>> =
             report.trivial.iter().flat_map(PredictorCurve::trivial).collect();
         let rows: Vec<_> = report.rows.iter().map(|row| (row.steps, &row.scores)).collect();
-        self.draw("d_geo_steps", &d_geo_against_steps(&title, &rows, &trivial))?;
+        self.draw(&numbered("d_geo_steps", flow), &d_geo_against_steps(&title, &rows, &trivial))?;
         // The curves in between lie on top of one another.
         let ends: Vec<_> = rows.first().into_iter().chain(rows.last().filter(|_| rows.len() > 1)).collect();
         let labels: Vec<String> = ends.iter().map(|(steps, _)| format!("policy, steps: {steps}")).collect();
         let policy = labels.iter().zip(&ends).map(|(label, (_, scores))| PredictorCurve { label, scores });
-        self.draw("per_action", &per_action_error(&title, &policy.collect::<Vec<_>>(), &trivial))
+        self.draw(
+            &numbered("per_action", flow),
+            &per_action_error(&title, &policy.collect::<Vec<_>>(), &trivial),
+        )
     }
 
     fn rollout(&self) -> anyhow::Result<()> {
         let section = &self.config.rollout;
-        let mut policy = load_policy(&self.layout.checkpoint(), self.config.device)?;
+        let checkpoint = self.layout.checkpoint(self.config.flows());
+        let mut policy = load_policy(&checkpoint, self.config.device)?;
         policy.set_steps(section.steps);
         let request = RolloutRequest {
             split: Split::Test,
@@ -142,7 +199,7 @@ impl Context<'_> {
             OutputFile::claim(&self.layout.picture("episodes"))?.write(&pictures.png()?)?;
         }
         let provenance = Provenance::gather(&format!("{:?}", self.config.device).to_lowercase());
-        let name = self.layout.checkpoint().display().to_string();
+        let name = checkpoint.display().to_string();
         let steps = Some(section.steps);
         let (task, split) = (&self.config.task, Split::Test.to_string());
         let report = RolloutReport::new(&name, steps, task, &split, &request, &results, provenance);

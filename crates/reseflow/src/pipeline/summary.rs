@@ -6,9 +6,10 @@ use anyhow::Context;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::layout::numbered;
 use super::{Layout, StageRun};
 use crate::config::ExperimentConfig;
-use crate::evaluation::EvalReport;
+use crate::evaluation::{EvalReport, ModeScores, StraightnessRow};
 use crate::output::Table;
 use crate::provenance::peak_memory_mib;
 use crate::rollouts::RolloutReport;
@@ -42,6 +43,9 @@ pub struct RunSummary {
     pub nearest_demonstration: Option<f64>,
     /// D̄_geo as a share of the better trivial predictor's.
     pub share_of_better_trivial: Option<f64>,
+    /// Every flow, where there is more than Flow 1; the figures above are those of the last.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub flows: Vec<FlowSummary>,
     /// Closed-loop episodes.
     pub rollouts: usize,
     /// How many succeeded.
@@ -62,6 +66,54 @@ pub struct RunSummary {
     pub folder: PathBuf,
 }
 
+/// What one of a run's flows amounts to.
+#[derive(Debug, Clone, Serialize)]
+pub struct FlowSummary {
+    /// Its number, from 1.
+    pub flow: usize,
+    /// D̄_geo for each number of steps.
+    pub d_geo_by_steps: Vec<(usize, f64)>,
+    /// How straight it is.
+    pub straightness: Option<StraightnessRow>,
+    /// How its samples with the fewest steps lie about both experts, where there are two.
+    pub modes: Option<ModeScores>,
+}
+
+impl FlowSummary {
+    fn new(flow: usize, eval: &EvalReport) -> Self {
+        let fewest = eval.rows.iter().min_by_key(|row| row.steps);
+        Self {
+            flow,
+            d_geo_by_steps: by_steps(eval),
+            straightness: eval.straightness,
+            modes: fewest.and_then(|row| row.modes.clone()),
+        }
+    }
+
+    fn add_to(&self, table: &mut Table) {
+        let by_steps = self.d_geo_by_steps.iter().map(|(steps, d_geo)| format!("{steps}: {d_geo:.4}"));
+        let mut text = format!("D_geo by steps {}", by_steps.collect::<Vec<_>>().join("   "));
+        if let Some(StraightnessRow { absolute, relative, .. }) = self.straightness {
+            text += &format!("; straightness {absolute:.2e} (relative {relative:.2e})");
+        }
+        table.fact(&format!("Flow {}", self.flow), text);
+        if let Some(modes) = &self.modes {
+            let [first, second] = modes.share_per_mode.map(|share| 100.0 * share);
+            let text = format!(
+                "{first:.0} % and {second:.0} %; between them {:.1} %; D_geo to the nearer {:.4}",
+                100.0 * modes.share_between,
+                modes.d_geo_nearer
+            );
+            table.fact(&format!("modes of Flow {}", self.flow), text);
+        }
+    }
+}
+
+/// D̄_geo for each number of steps.
+fn by_steps(eval: &EvalReport) -> Vec<(usize, f64)> {
+    eval.rows.iter().map(|row| (row.steps, row.scores.d_geo_mean)).collect()
+}
+
 impl RunSummary {
     /// Reads the stages' results.
     ///
@@ -73,7 +125,9 @@ impl RunSummary {
         stages: Vec<StageRun>,
         secs: f64,
     ) -> anyhow::Result<Self> {
-        let eval: EvalReport = read(&layout.eval())?;
+        let evals: Vec<EvalReport> =
+            (1..=config.flows()).map(|flow| read(&layout.eval(flow))).collect::<anyhow::Result<_>>()?;
+        let eval = evals.last().context("nothing was evaluated")?;
         let rollout: RolloutReport = read(&layout.rollout())?;
         let fewest = eval.rows.iter().min_by_key(|row| row.steps).context("the evaluation holds no row")?;
         let scores = &fewest.scores;
@@ -84,7 +138,7 @@ impl RunSummary {
             steps: fewest.steps,
             d_geo_mean: scores.d_geo_mean,
             d_geo_std: scores.d_geo_std,
-            d_geo_by_steps: eval.rows.iter().map(|row| (row.steps, row.scores.d_geo_mean)).collect(),
+            d_geo_by_steps: by_steps(eval),
             rotation_rad: scores.rotation_rad,
             translation_m: scores.translation_m,
             eval_episodes: eval.episodes,
@@ -92,6 +146,10 @@ impl RunSummary {
             mean_trajectory: trivial.map(|trivial| trivial.mean_trajectory.d_geo_mean),
             nearest_demonstration: trivial.map(|trivial| trivial.nearest_demonstration.d_geo_mean),
             share_of_better_trivial: trivial.map(|trivial| scores.d_geo_mean / trivial.better().1),
+            flows: match evals.len() {
+                1 => Vec::new(),
+                _ => (1..).zip(&evals).map(|(flow, eval)| FlowSummary::new(flow, eval)).collect(),
+            },
             rollouts: rollout.episodes,
             successes: rollout.successes,
             success_low: rollout.success_low,
@@ -122,6 +180,7 @@ impl RunSummary {
         );
         let by_steps = self.d_geo_by_steps.iter().map(|(steps, d_geo)| format!("{steps}: {d_geo:.4}"));
         table.fact("D_geo by steps", by_steps.collect::<Vec<_>>().join("   "));
+        self.flows.iter().for_each(|flow| flow.add_to(&mut table));
         if let (Some(mean), Some(nearest), Some(share)) =
             (self.mean_trajectory, self.nearest_demonstration, self.share_of_better_trivial)
         {
@@ -150,7 +209,8 @@ impl RunSummary {
         }
         let at = |name: &str| self.folder.join(name).display().to_string();
         table.fact("results", format!("{}, {}", at("eval.json"), at("rollout.json")));
-        table.fact("policy", at("checkpoint"));
+        let last = self.flows.len().max(1);
+        table.fact("policy", at(&numbered("checkpoint", last)));
         table.fact("log", format!("{} (opens in Foxglove and in Rerun)", at("rollout.mcap")));
         table.fact("pictures", format!("{} (episodes, d_geo_steps, per_action, training)", at("pictures")));
         table

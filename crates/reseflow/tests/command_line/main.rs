@@ -6,5 +6,6 @@ mod bad_input;
 mod pipeline;
 mod policies;
 mod recording;
+mod reflow;
 mod resume;
 mod support;

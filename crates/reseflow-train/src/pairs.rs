@@ -1,0 +1,158 @@
+//! Pairs for Flow 2: noise drawn for training windows, carried along a trained flow.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rand::seq::index;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use reseflow_data::{ActionChunk, Dataset, FlowPair, Observation, Window, WindowPairs};
+use reseflow_flow::{AdaptiveConfig, Flow, PriorFrame, Solver, integrate};
+use serde::{Deserialize, Serialize};
+
+use crate::field::NetField;
+use crate::{FlowPolicy, TrainError};
+
+/// Windows that are encoded together and share an adaptive solver's steps: part of the arithmetic, so not guessed from the machine.
+const TOGETHER: usize = 16;
+
+/// Which pairs are made, and how.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PairConfig {
+    /// Windows of each episode: its first one, and others at random; all where it has no more.
+    pub windows: usize,
+    /// Noises drawn for each window, M.
+    pub noises: usize,
+    /// How the flow is integrated.
+    pub solver: Solver,
+    /// Names the random streams of windows and noise.
+    pub seed: u64,
+}
+
+impl Default for PairConfig {
+    fn default() -> Self {
+        let tolerances = AdaptiveConfig { rtol: 1e-3, atol: 1e-4, max_steps: 200 };
+        Self { windows: 4, noises: 8, solver: Solver::DormandPrince(tolerances), seed: 1 }
+    }
+}
+
+impl PairConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`] and [`TrainError::Flow`], naming what is out of range.
+    pub fn validate(&self) -> Result<(), TrainError> {
+        for (key, value) in [("windows", self.windows), ("noises", self.noises)] {
+            if value == 0 {
+                return Err(TrainError::Config(format!("reflow.pairs.{key} must be at least 1, got 0")));
+            }
+        }
+        Ok(self.solver.validate()?)
+    }
+}
+
+/// Carries noise along the flow of `policy`, from windows of `demonstrations`; `progress` hears of finished windows.
+///
+/// The same pairs come out whatever the number of threads.
+///
+/// # Errors
+/// What the configuration's check, the network or the solver reports.
+pub fn make_pairs(
+    policy: &FlowPolicy,
+    demonstrations: &Dataset,
+    config: &PairConfig,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<WindowPairs>, TrainError> {
+    config.validate()?;
+    let windows = pair_windows(demonstrations, config);
+    let groups: Vec<&[Window]> = windows.chunks(TOGETHER).collect();
+    let next = AtomicUsize::new(0);
+    let work = |policy: FlowPolicy| {
+        let mut made = Vec::new();
+        loop {
+            let group = next.fetch_add(1, Ordering::Relaxed);
+            let Some(windows) = groups.get(group) else { return Ok(made) };
+            made.push((group, carry(&policy, demonstrations, config, group * TOGETHER, windows)?));
+            progress(windows.len());
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(groups.len().max(1));
+    let results: Vec<Result<Vec<_>, TrainError>> = std::thread::scope(|scope| {
+        let handles: Vec<_> = (0..threads)
+            .map(|_| {
+                let own = policy.fork();
+                scope.spawn(|| work(own))
+            })
+            .collect();
+        handles.into_iter().map(|handle| handle.join().unwrap_or(Err(TrainError::Worker))).collect()
+    });
+    let mut made = Vec::with_capacity(groups.len());
+    for result in results {
+        made.extend(result?);
+    }
+    made.sort_by_key(|(group, _)| *group);
+    Ok(made.into_iter().flat_map(|(_, pairs)| pairs).collect())
+}
+
+/// How many windows [`make_pairs`] makes pairs for.
+pub fn count_pair_windows(demonstrations: &Dataset, config: &PairConfig) -> usize {
+    demonstrations.episodes.iter().map(|episode| episode.actions.len().min(config.windows)).sum()
+}
+
+/// The windows, in order.
+fn pair_windows(demonstrations: &Dataset, config: &PairConfig) -> Vec<Window> {
+    let mut windows = Vec::new();
+    for (episode, recorded) in demonstrations.episodes.iter().enumerate() {
+        let later = recorded.actions.len().saturating_sub(1);
+        let mut rng = stream(config.seed, 2 * episode as u64);
+        let mut steps = index::sample(&mut rng, later, later.min(config.windows - 1)).into_vec();
+        steps.sort_unstable();
+        if !recorded.actions.is_empty() {
+            windows.push(Window { episode, step: 0 });
+        }
+        windows.extend(steps.into_iter().map(|step| Window { episode, step: step + 1 }));
+    }
+    windows
+}
+
+/// The pairs of some windows, the first of which is number `first` of all.
+fn carry(
+    policy: &FlowPolicy,
+    demonstrations: &Dataset,
+    config: &PairConfig,
+    first: usize,
+    windows: &[Window],
+) -> Result<Vec<WindowPairs>, TrainError> {
+    let FlowPolicy { net, config: model, device, .. } = policy;
+    let decoder = &model.network.decoder;
+    let scenes: Vec<(Vec<&Observation>, usize)> = windows
+        .iter()
+        .map(|window| (window.frames(&demonstrations.episodes, decoder.frames).collect(), window.step))
+        .collect();
+    let mut streams: Vec<ChaCha8Rng> =
+        (first..first + windows.len()).map(|number| stream(config.seed, 2 * number as u64 + 1)).collect();
+    let mut field = NetField::new(net, &scenes, device)?;
+    let mut made: Vec<WindowPairs> =
+        windows.iter().map(|&window| WindowPairs { window, pairs: Vec::new() }).collect();
+    for _ in 0..config.noises {
+        let noise: Vec<ActionChunk> = scenes
+            .iter()
+            .zip(&mut streams)
+            .map(|((seen, _), rng)| {
+                model.prior.sample(&PriorFrame::of(seen[seen.len() - 1]), decoder.horizon, rng)
+            })
+            .collect();
+        let mut flow = Flow::Endpoint(&mut field);
+        let images = integrate(&mut flow, model.path, noise.clone(), &config.solver)?.states;
+        for (of, (noise, image)) in made.iter_mut().zip(noise.into_iter().zip(images)) {
+            of.pairs.push(FlowPair { noise, image });
+        }
+    }
+    Ok(made)
+}
+
+fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(stream);
+    rng
+}

@@ -1,0 +1,310 @@
+//! Flow 2: what of a batch comes from Flow 1's pairs and what from demonstrations, and with which noise.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use reseflow_data::{ActionChunk, Dataset, Window, WindowPairs};
+use reseflow_flow::{Coupling, TimeSampling};
+use serde::{Deserialize, Serialize};
+
+use crate::{PairConfig, TrainConfig, TrainError};
+
+/// How Flow 2 is made of Flow 1. What is not said here is as in the training of Flow 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReflowConfig {
+    /// How often: 1 makes Flow 2, 2 makes Flow 3 out of it, and so on.
+    pub rounds: usize,
+    /// Optimiser updates of each round.
+    pub updates: usize,
+    /// Peak learning rate.
+    pub learning_rate: f64,
+    /// Updates of linear warm-up.
+    pub warmup: usize,
+    /// Flow times.
+    pub time: TimeSampling,
+    /// The pairs.
+    pub pairs: PairConfig,
+    /// What the batches are mixed of.
+    pub mixture: MixtureConfig,
+}
+
+/// What batches are mixed of.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MixtureConfig {
+    /// ρ, the share of pairs; the rest are demonstrations.
+    pub pair_share: f64,
+    /// Which noise a demonstration is joined with.
+    pub coupling: Coupling,
+}
+
+impl Default for ReflowConfig {
+    fn default() -> Self {
+        Self {
+            rounds: 1,
+            updates: 2000,
+            learning_rate: 1e-3,
+            warmup: 100,
+            time: TimeSampling::default(),
+            pairs: PairConfig::default(),
+            mixture: MixtureConfig::default(),
+        }
+    }
+}
+
+impl Default for MixtureConfig {
+    fn default() -> Self {
+        Self { pair_share: 0.5, coupling: Coupling::default() }
+    }
+}
+
+impl ReflowConfig {
+    /// Checks every value; `base` is the training of Flow 1.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`] and [`TrainError::Flow`], naming what is out of range.
+    pub fn validate(&self, base: &TrainConfig) -> Result<(), TrainError> {
+        for (key, value) in [("rounds", self.rounds), ("updates", self.updates)] {
+            if value == 0 {
+                return Err(TrainError::Config(format!("reflow.{key} must be at least 1, got 0")));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.learning_rate) {
+            let fault = format!("reflow.learning_rate must lie in 0 to 1, got {}", self.learning_rate);
+            return Err(TrainError::Config(fault));
+        }
+        self.mixture.validate()?;
+        self.pairs.validate()?;
+        self.training(base, 1).validate()
+    }
+
+    /// The optimisation of round `round`, from 1: that of Flow 1 but for what this configuration says, on random streams of its own.
+    pub fn training(&self, base: &TrainConfig, round: usize) -> TrainConfig {
+        TrainConfig {
+            updates: self.updates,
+            learning_rate: self.learning_rate,
+            warmup: self.warmup,
+            time: self.time,
+            seed: base.seed.wrapping_add(round as u64),
+            ..base.clone()
+        }
+    }
+
+    /// The pairs of round `round`, from 1, on random streams of its own.
+    pub fn pairs_of(&self, round: usize) -> PairConfig {
+        PairConfig { seed: self.pairs.seed.wrapping_add(round as u64 - 1), ..self.pairs.clone() }
+    }
+}
+
+impl MixtureConfig {
+    /// Checks the share.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`] where it is none.
+    pub fn validate(&self) -> Result<(), TrainError> {
+        if (0.0..=1.0).contains(&self.pair_share) {
+            return Ok(());
+        }
+        let fault = format!("reflow.mixture.pair_share must lie in 0 to 1, got {}", self.pair_share);
+        Err(TrainError::Config(fault))
+    }
+}
+
+/// Pairs and demonstrations of the same windows, to draw batches from.
+#[derive(Debug)]
+pub struct Mixture<'a> {
+    config: MixtureConfig,
+    pairs: &'a [WindowPairs],
+    /// For every episode that has any, its places in `pairs`, in the order of the steps.
+    episodes: Vec<Vec<usize>>,
+    horizon: usize,
+}
+
+/// One example: a window, the noise, and where it is to go.
+#[derive(Debug)]
+pub(crate) struct Example {
+    pub(crate) window: Window,
+    pub(crate) noise: ActionChunk,
+    pub(crate) clean: ActionChunk,
+}
+
+impl<'a> Mixture<'a> {
+    /// Pairs of windows of `demonstrations`, whose targets are `horizon` actions long.
+    ///
+    /// # Errors
+    /// [`TrainError::Pairs`] where pairs do not fit the demonstrations, [`TrainError::Config`].
+    pub fn new(
+        config: MixtureConfig,
+        pairs: &'a [WindowPairs],
+        demonstrations: &Dataset,
+        horizon: usize,
+    ) -> Result<Self, TrainError> {
+        config.validate()?;
+        let mut episodes = vec![Vec::new(); demonstrations.episodes.len()];
+        for (index, WindowPairs { window, pairs }) in pairs.iter().enumerate() {
+            let Window { episode, step } = *window;
+            let steps = demonstrations.episodes.get(episode).map_or(0, |recorded| recorded.actions.len());
+            if step >= steps {
+                return Err(TrainError::Pairs(format!(
+                    "window {index} is step {step} of episode {episode}, which the demonstrations do not have"
+                )));
+            }
+            let lengths = pairs.iter().flat_map(|pair| [pair.noise.len(), pair.image.len()]);
+            if let Some(got) = lengths.into_iter().find(|length| *length != horizon) {
+                return Err(TrainError::Pairs(format!(
+                    "window {index} has trajectories of {got} actions, expected the network's horizon of {horizon}"
+                )));
+            }
+            if pairs.is_empty() {
+                return Err(TrainError::Pairs(format!("window {index} has no pair, expected at least one")));
+            }
+            episodes[episode].push(index);
+        }
+        episodes.retain(|places| !places.is_empty());
+        episodes.iter_mut().for_each(|places| places.sort_by_key(|&place| pairs[place].window.step));
+        if episodes.is_empty() {
+            return Err(TrainError::Pairs(
+                "there is none, expected at least one window with pairs".to_owned(),
+            ));
+        }
+        Ok(Self { config, pairs, episodes, horizon })
+    }
+
+    /// Everything that the draws depend on beside the demonstrations.
+    pub(crate) fn parts(&self) -> (&MixtureConfig, &[WindowPairs]) {
+        (&self.config, self.pairs)
+    }
+
+    /// Draws one example; an episode's first window comes up with the share `first_share`, else any of its windows with pairs.
+    pub(crate) fn draw(
+        &self,
+        demonstrations: &Dataset,
+        first_share: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Example, TrainError> {
+        let places = &self.episodes[rng.random_range(0..self.episodes.len())];
+        let first: f64 = rng.random();
+        let any = rng.random_range(0..places.len());
+        let WindowPairs { window, pairs } = &self.pairs[places[if first < first_share { 0 } else { any }]];
+        let kind: f64 = rng.random();
+        if kind < self.config.pair_share {
+            let pair = &pairs[rng.random_range(0..pairs.len())];
+            return Ok(Example { window: *window, noise: pair.noise.clone(), clean: pair.image.clone() });
+        }
+        let targets: Vec<_> = window.targets(&demonstrations.episodes, self.horizon).collect();
+        let weights: Vec<f64> = targets.iter().map(|target| target.weight()).collect();
+        let clean = ActionChunk(targets.iter().map(|target| *target.action).collect());
+        let chosen = self.config.coupling.choose(pairs, &clean, &weights, rng)?;
+        Ok(Example { window: *window, noise: pairs[chosen].noise.clone(), clean })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::rand_core::SeedableRng;
+    use reseflow_data::{Action, Episode, FlowPair};
+    use reseflow_lie::{SE3, SO3, Vector3};
+
+    const HORIZON: usize = 3;
+    const DRAWS: usize = 4000;
+
+    fn chunk(x_m: f64) -> ActionChunk {
+        let world_from_gripper = SE3::new(SO3::identity(), Vector3::new(x_m, 0.0, 0.0));
+        ActionChunk(vec![Action { world_from_gripper, opening: 0.0 }; HORIZON])
+    }
+
+    fn x_m(chunk: &ActionChunk) -> f64 {
+        chunk.0[0].world_from_gripper.translation.x
+    }
+
+    /// Episode e demonstrates x = e; there are pairs from windows 0 and 2, whose noise lies at x = 100 … 103 and whose images lie at
+    /// e − 0.3, e − 0.1, e + 0.2, e + 0.4.
+    fn world() -> (Dataset, Vec<WindowPairs>) {
+        let episode = |e: usize| Episode {
+            observations: Vec::new(),
+            actions: [chunk(e as f64).0, chunk(e as f64).0].concat(),
+            alternative: None,
+        };
+        let of = |episode: usize, step: usize| {
+            let images = [-0.3, -0.1, 0.2, 0.4].map(|off| chunk(episode as f64 + off));
+            let pairs = (0..).zip(images);
+            WindowPairs {
+                window: Window { episode, step },
+                pairs: pairs
+                    .map(|(m, image)| FlowPair { noise: chunk(100.0 + f64::from(m)), image })
+                    .collect(),
+            }
+        };
+        let dataset = Dataset { episodes: (0..3).map(episode).collect(), meta: None };
+        (dataset, (0..3).flat_map(|e| [of(e, 0), of(e, 2)]).collect())
+    }
+
+    fn draws(config: MixtureConfig, first_share: f64) -> Vec<Example> {
+        let (dataset, pairs) = world();
+        let mixture = Mixture::new(config, &pairs, &dataset, HORIZON).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        (0..DRAWS).map(|_| mixture.draw(&dataset, first_share, &mut rng).unwrap()).collect()
+    }
+
+    /// Whether the example's endpoint is the demonstration, and not an image of Flow 1's.
+    fn is_demonstration(example: &Example) -> bool {
+        (x_m(&example.clean) - example.window.episode as f64).abs() < 1e-9
+    }
+
+    #[test]
+    fn the_share_of_pairs_is_rho() {
+        for pair_share in [0.0, 0.25, 0.5, 1.0] {
+            let drawn = draws(MixtureConfig { pair_share, coupling: Coupling::Anchored }, 0.3);
+            let pairs = drawn.iter().filter(|example| !is_demonstration(example)).count() as f64;
+            let (expected, count) = (pair_share * DRAWS as f64, DRAWS as f64);
+            let deviation = (count * pair_share * (1.0 - pair_share)).sqrt();
+            assert!((pairs - expected).abs() <= 4.0 * deviation, "{pairs} of {count}, expected {expected}");
+        }
+    }
+
+    #[test]
+    fn anchored_demonstrations_have_the_nearest_images_noise_and_independent_ones_any() {
+        let noises = |coupling: Coupling| {
+            let mut counts = [0; 4];
+            for example in draws(MixtureConfig { pair_share: 0.0, coupling }, 0.3) {
+                assert!(is_demonstration(&example));
+                counts[(x_m(&example.noise) - 100.0).round() as usize] += 1;
+            }
+            counts
+        };
+        assert_eq!(noises(Coupling::Anchored), [0, DRAWS, 0, 0], "the one 0.1 m off is nearest");
+        let any = noises(Coupling::Independent);
+        assert!(any.iter().all(|count| count.abs_diff(DRAWS / 4) < 110), "{any:?}: 4 deviations are 110");
+    }
+
+    #[test]
+    fn a_pair_keeps_its_own_image_and_first_windows_have_their_share() {
+        let drawn = draws(MixtureConfig { pair_share: 1.0, coupling: Coupling::Anchored }, 0.6);
+        for example in &drawn {
+            let off = x_m(&example.clean) - example.window.episode as f64;
+            let expected = [-0.3, -0.1, 0.2, 0.4][(x_m(&example.noise) - 100.0).round() as usize];
+            assert!((off - expected).abs() < 1e-9, "the ends of a pair were swapped or mixed");
+        }
+        let first = drawn.iter().filter(|example| example.window.step == 0).count();
+        // 0.6 at the first window, and half of the rest.
+        assert!(first.abs_diff(DRAWS * 8 / 10) < 105, "{first}");
+    }
+
+    #[test]
+    fn pairs_that_do_not_fit_are_refused() {
+        let (dataset, pairs) = world();
+        let refused = |pairs: &[WindowPairs], horizon: usize, part: &str| {
+            let config = MixtureConfig::default();
+            let fault = Mixture::new(config, pairs, &dataset, horizon).unwrap_err().to_string();
+            assert!(fault.contains(part), "{fault}");
+        };
+        refused(&[], HORIZON, "there is none");
+        refused(&pairs, HORIZON + 1, "trajectories of 3 actions");
+        let mut elsewhere = pairs.clone();
+        elsewhere[3].window.step = 6;
+        refused(&elsewhere, HORIZON, "window 3 is step 6 of episode 1");
+        elsewhere[3] = WindowPairs { pairs: Vec::new(), ..pairs[3].clone() };
+        refused(&elsewhere, HORIZON, "window 3 has no pair");
+    }
+}

@@ -1,9 +1,11 @@
 //! The forward process X^k = Exp(γ √(1 − ᾱ_k) ε) F(√ᾱ_k), F(s) = Exp((1 − s) Log((X⁰)⁻¹)) X⁰ (ET-SEED's, with its H being our X), and
 //! one step back.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
-use reseflow_lie::{SE3, SpatialTwist, Vector3};
+use reseflow_lie::{BodyTwist, SE3, SO3, SpatialTwist, Vector3};
 
 use super::{AnchoredAction, AnchoredChunk, CosineSchedule, DiffusionConfig};
 use crate::FlowError;
@@ -63,7 +65,7 @@ impl Diffusion {
         )
     }
 
-    /// X^to = Exp(λ₀ Log X̂⁰ + λ₁ Log X^from): the mean of the posterior.
+    /// X^to = Exp(λ₀ Log X̂⁰ + λ₁ Log X^from): the mean of the posterior, with the Log X̂⁰ that is nearest to Log X^from.
     pub fn posterior_mean(
         &self,
         noisy: &AnchoredAction,
@@ -72,8 +74,8 @@ impl Diffusion {
         to: usize,
     ) -> AnchoredAction {
         let weights = self.schedule.posterior(from, to);
-        let twist =
-            clean.anchor_from_gripper.log() * weights.clean + noisy.anchor_from_gripper.log() * weights.noisy;
+        let state = noisy.anchor_from_gripper.log();
+        let twist = log_near(&clean.anchor_from_gripper, &state) * weights.clean + state * weights.noisy;
         AnchoredAction {
             anchor_from_gripper: SE3::exp(&twist),
             opening: clean.opening * weights.clean + noisy.opening * weights.noisy,
@@ -98,4 +100,20 @@ impl Diffusion {
             opening: action.opening + normal(self.config.sigma_opening),
         }
     }
+}
+
+/// The logarithm of `pose` whose rotation vector is nearest to that of `near`: the principal one, or the other way round.
+///
+/// Where an estimate crosses half a turn, the principal one would jump to the other side, and the mean of the two be neither.
+fn log_near(pose: &SE3, near: &BodyTwist) -> BodyTwist {
+    let principal = pose.log();
+    let angle = principal.angular.norm();
+    if angle < FRAC_PI_2 {
+        return principal;
+    }
+    let other = principal.angular * (1.0 - TAU / angle);
+    if (other - near.angular).norm_squared() >= (principal.angular - near.angular).norm_squared() {
+        return principal;
+    }
+    BodyTwist::new(other, SO3::left_jacobian_inverse(&other) * pose.translation)
 }

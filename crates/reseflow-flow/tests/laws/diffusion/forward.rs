@@ -1,7 +1,9 @@
 //! The forward process: its two ends, its moments, and that one step back undoes it.
 
+use std::f64::consts::PI;
+
 use reseflow_flow::{AnchoredChunk, Diffusion, DiffusionConfig, LeftFactor};
-use reseflow_lie::{Matrix6, SE3, Vector6};
+use reseflow_lie::{Matrix6, SE3, SO3, Vector3, Vector6, geodesic_distance};
 
 use super::{action, anchored, between, diffusion};
 use crate::rng;
@@ -96,6 +98,37 @@ fn a_step_back_from_a_noiseless_state_is_the_noiseless_state_of_the_level_below(
             let apart = between(&back, &diffusion.shrunk(&clean, to));
             assert!(apart < 1e-8, "from {from} to {to}: {apart}");
         }
+    }
+}
+
+/// The published triangle turns past half a turn, where Log jumps to the other side.
+#[test]
+fn an_estimate_that_crosses_half_a_turn_does_not_throw_the_state_back() {
+    let (diffusion, mut draws) = (diffusion(), rng(87));
+    for _ in 0..20 {
+        let axis = action(&mut draws).anchor_from_gripper.translation.normalize();
+        let turned = |angle: f64| reseflow_flow::AnchoredAction {
+            anchor_from_gripper: SE3::new(
+                SO3::exp(&(axis * angle)),
+                axis * 0.1 + Vector3::new(0.0, 0.2, 0.0),
+            ),
+            opening: 0.0,
+        };
+        let (short, beyond) = (turned(PI - 0.02), turned(PI + 0.03));
+        for (from, to) in [(40, 39), (40, 1), (10, 5), (2, 1)] {
+            let state = diffusion.shrunk(&short, from);
+            let straight = diffusion.posterior_mean(&state, &short, from, to);
+            let crossing = diffusion.posterior_mean(&state, &beyond, from, to);
+            let apart = between(&straight, &crossing);
+            assert!(apart < 0.06, "from {from} to {to}: {apart} for estimates that are 0.05 apart");
+            let weights = diffusion.schedule().posterior(from, to);
+            let principal = beyond.anchor_from_gripper.log() * weights.clean
+                + state.anchor_from_gripper.log() * weights.noisy;
+            let jumped = geodesic_distance(&SE3::exp(&principal), &straight.anchor_from_gripper).d_geo();
+            assert!(from != 10 || jumped > 0.5, "control: the principal logarithm jumps by {jumped}");
+        }
+        let end = diffusion.posterior_mean(&diffusion.shrunk(&short, 40), &beyond, 40, 0);
+        assert!(between(&end, &beyond) < 1e-9, "the last step is the estimate itself");
     }
 }
 

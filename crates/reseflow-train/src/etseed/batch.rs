@@ -1,0 +1,102 @@
+//! One shard of a training batch: augmented windows, each at a noise level, in two groups for the two kernels.
+
+use burn::tensor::{Device, Tensor, TensorData};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use reseflow_data::{ActionChunk, Observation, Window};
+use reseflow_flow::{AnchoredChunk, Diffusion};
+
+use super::input::{KernelInput, SceneView, anchored_tensors, world_tensors};
+use super::net::EtSeedNet;
+use super::objective::left_factor_loss;
+use super::trainer::EtSeedRequest;
+use crate::TrainError;
+use crate::augment::{Scaling, drop_points, jitter};
+
+/// One drawn example.
+pub(super) struct Example {
+    pub(super) window: Window,
+    pub(super) view: SceneView,
+    pub(super) level: usize,
+    pub(super) clean: AnchoredChunk,
+    pub(super) noisy: AnchoredChunk,
+    pub(super) weights: Vec<f64>,
+}
+
+/// Draws the examples of a shard.
+pub(super) fn draw(
+    request: &EtSeedRequest<'_>,
+    diffusion: &Diffusion,
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<Example>, TrainError> {
+    let EtSeedRequest { config, train, demonstrations: data, .. } = *request;
+    let decoder = &config.network.decoder;
+    let windows = Window::all(&data.episodes);
+    let mut examples = Vec::with_capacity(train.batch_size / train.shards);
+    for _ in 0..train.batch_size / train.shards {
+        let mut window = windows[rng.random_range(0..windows.len())];
+        if rng.random::<f64>() < train.first_window_share {
+            window = Window { episode: rng.random_range(0..data.episodes.len()), step: 0 };
+        }
+        let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
+        let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
+        let mut clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
+        if let Some(scaling) = Scaling::draw(&observed[observed.len() - 1].cloud, train, rng) {
+            observed.iter_mut().for_each(|seen| scaling.observation(seen));
+            scaling.actions(&mut clean);
+        }
+        for seen in &mut observed {
+            drop_points(&mut seen.cloud, train.drop_points, rng);
+            jitter(&mut seen.cloud, train.jitter_m, rng);
+        }
+        let progress = (window.step as f64 / decoder.horizon as f64).min(1.0);
+        let observed: Vec<&Observation> = observed.iter().collect();
+        let view =
+            SceneView::new(&observed, progress, &config.network.encoder.graph, config.diffusion.frame)?;
+        let last = rng.random::<f64>() < config.last_step_share;
+        let level = if last { 1 } else { rng.random_range(2..=config.diffusion.steps) };
+        let clean = view.anchor.see(&clean);
+        let noisy = diffusion.noised(&clean, level, rng);
+        let weights = wanted.iter().map(|target| target.weight()).collect();
+        examples.push(Example { window, view, level, clean, noisy, weights });
+    }
+    Ok(examples)
+}
+
+/// The mean loss of `examples`, each judged on the kernel of its level.
+pub(super) fn loss(
+    net: &EtSeedNet,
+    examples: &[Example],
+    levels: usize,
+    opening: f64,
+    device: &Device,
+) -> Result<Tensor<1>, TrainError> {
+    let mut total = Tensor::zeros([1], device);
+    let (last, above): (Vec<&Example>, Vec<&Example>) =
+        examples.iter().partition(|example| example.level == 1);
+    for group in [above, last] {
+        let Some(first) = group.first() else { continue };
+        let views: Vec<&SceneView> = group.iter().map(|example| &example.view).collect();
+        let noisy: Vec<_> = group.iter().map(|example| example.noisy.clone()).collect();
+        let clean: Vec<_> = group.iter().map(|example| example.clean.clone()).collect();
+        let weights: Vec<f64> = group.iter().flat_map(|example| example.weights.clone()).collect();
+        let actions = weights.len();
+        let weights = Tensor::from_data(TensorData::new(weights, [actions]), device);
+        let (predicted, targets) = if first.level == 1 {
+            let place = |chunks: &[AnchoredChunk]| -> Vec<ActionChunk> {
+                views.iter().zip(chunks).map(|(view, chunk)| view.anchor.place(chunk)).collect()
+            };
+            let input = KernelInput::equivariant(&views, &place(&noisy), device)?;
+            let scenes = net.equivariant.trunk.encode(&views, device)?;
+            (net.equivariant.forward(&scenes, &input)?, world_tensors(&views, &place(&clean), device))
+        } else {
+            let at: Vec<f64> = group.iter().map(|example| example.level as f64 / levels as f64).collect();
+            let input = KernelInput::invariant(&views, &noisy, &at, device)?;
+            let scenes = net.invariant.trunk.encode(&views, device)?;
+            (net.invariant.forward(&scenes, &input)?, anchored_tensors(&clean, device))
+        };
+        let share = group.len() as f64 / examples.len() as f64;
+        total = total + left_factor_loss(&predicted, &targets, weights, opening).mul_scalar(share);
+    }
+    Ok(total)
+}

@@ -1,0 +1,52 @@
+//! The baseline's configuration, the table `[baseline]`.
+
+use reseflow_flow::{Diffusion, DiffusionConfig};
+use reseflow_net::DriftNetConfig;
+use serde::{Deserialize, Serialize};
+
+use crate::{ModelConfig, TrainError};
+
+/// Everything needed to rebuild the baseline around its weights, and its objective.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EtSeedConfig {
+    /// Noise levels, noise and frame.
+    pub diffusion: DiffusionConfig,
+    /// Sizes of each of the two networks, as those of a flow's.
+    pub network: DriftNetConfig,
+    /// Share of the training windows that are given to the last, equivariant step; the other levels are uniform.
+    pub last_step_share: f64,
+    /// Weight of the opening's error.
+    pub opening: f64,
+}
+
+impl Default for EtSeedConfig {
+    fn default() -> Self {
+        Self {
+            diffusion: DiffusionConfig::default(),
+            network: DriftNetConfig::default(),
+            last_step_share: 0.1,
+            opening: 0.25,
+        }
+    }
+}
+
+impl EtSeedConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// What the diffusion or the network refuses, and [`TrainError::Config`] naming a value out of range.
+    pub fn validate(&self) -> Result<(), TrainError> {
+        Diffusion::new(&self.diffusion)?;
+        ModelConfig { network: self.network.clone(), ..ModelConfig::default() }.validate()?;
+        for (key, value, high) in
+            [("last_step_share", self.last_step_share, 1.0), ("opening", self.opening, 1e6)]
+        {
+            if !(0.0..=high).contains(&value) {
+                let fault = format!("baseline.{key} must lie in 0 to {high}, got {value}");
+                return Err(TrainError::Config(fault));
+            }
+        }
+        Ok(())
+    }
+}

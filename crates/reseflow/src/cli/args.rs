@@ -333,9 +333,13 @@ pub struct RunArgs {
     pub fresh: bool,
 }
 
+/// The largest number of episodes, steps or seeds that a call may ask for; more is a slip of the keyboard.
+const LARGEST_COUNT: usize = 1_000_000;
+
 fn positive(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(0) | Err(_) => Err("expected a whole number, 1 or more".to_owned()),
+        Ok(value) if value > LARGEST_COUNT => Err(format!("expected at most {LARGEST_COUNT}")),
         Ok(value) => Ok(value),
     }
 }

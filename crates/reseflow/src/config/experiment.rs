@@ -117,6 +117,9 @@ impl Default for RolloutSection {
     }
 }
 
+/// The largest count that a configuration may ask for.
+const LARGEST_COUNT: usize = 1_000_000;
+
 impl ExperimentConfig {
     /// Checks what the types cannot say.
     ///
@@ -130,9 +133,16 @@ impl ExperimentConfig {
             ("rollout.episodes", self.rollout.episodes),
             ("rollout.steps", self.rollout.steps),
             ("rollout.n_action_steps", self.rollout.n_action_steps),
+            ("rollout.picture_episodes", self.rollout.picture_episodes),
         ];
         if let Some((key, _)) = positive.into_iter().find(|(_, value)| *value == 0) {
             return Err(format!("`{key}` is 0, expected 1 or more"));
+        }
+        if let Some((key, value)) = positive.into_iter().find(|(_, value)| *value > LARGEST_COUNT) {
+            return Err(format!("`{key}` is {value}, expected at most {LARGEST_COUNT}"));
+        }
+        if self.output.as_os_str().is_empty() {
+            return Err("`output` is empty, expected a folder, `.` for this one".to_owned());
         }
         if self.eval.steps.is_empty() || self.eval.steps.contains(&0) {
             return Err(format!(
@@ -208,6 +218,8 @@ mod tests {
             ("eval.steps=[1, 0]", "eval.steps"),
             ("eval.steps=[]", "eval.steps"),
             ("rollout.steps=0", "rollout.steps"),
+            ("rollout.picture_episodes=0", "rollout.picture_episodes"),
+            ("output=", "output"),
             ("name=../elsewhere", "name"),
         ] {
             let config: ExperimentConfig = parse("", "a.toml", &[set.parse().unwrap()]).unwrap();

@@ -24,6 +24,11 @@ impl Layout {
         [self.root.clone(), self.root.join("data"), self.pictures(), self.stamps()]
     }
 
+    /// The file that a run locks.
+    pub fn lock(&self) -> PathBuf {
+        self.stamps().join("lock")
+    }
+
     /// The resolved configuration.
     pub fn config(&self) -> PathBuf {
         self.root.join("config.toml")

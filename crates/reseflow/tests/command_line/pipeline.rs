@@ -140,15 +140,26 @@ fn a_stage_that_fails_leaves_the_results_before_it_and_runs_again_once_the_fault
     fs::write(bench.path("tiny.toml"), TINY).unwrap();
     done(&bench, "--set train.updates=2");
     let weights = bench.bytes("runs/tiny/checkpoint/model.safetensors");
-    let eval = bench.bytes("runs/tiny/eval.json");
-    fs::write(bench.path("runs/tiny/checkpoint/model.safetensors"), &weights[..weights.len() / 2]).unwrap();
+    fs::remove_file(bench.path("runs/tiny/eval.json")).unwrap();
+    fs::create_dir(bench.path("runs/tiny/eval.json")).unwrap();
 
     let output = bench.run("run tiny.toml --set train.updates=2 --set eval.seeds=3");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{errors}");
-    assert!(errors.lines().last().unwrap().contains("checkpoint/model.safetensors: "), "{errors}");
-    assert!(bench.bytes("runs/tiny/eval.json") == eval, "the older evaluation was touched");
+    assert!(errors.lines().last().unwrap().contains("eval.json: is not a regular file"), "{errors}");
+    assert!(bench.bytes("runs/tiny/checkpoint/model.safetensors") == weights, "the checkpoint was touched");
 
-    fs::write(bench.path("runs/tiny/checkpoint/model.safetensors"), weights).unwrap();
+    fs::remove_dir(bench.path("runs/tiny/eval.json")).unwrap();
     assert_eq!(done(&bench, "--set train.updates=2 --set eval.seeds=3"), ["eval"]);
+}
+
+#[test]
+fn a_damaged_result_is_made_again() {
+    let bench = Bench::new();
+    fs::write(bench.path("tiny.toml"), TINY).unwrap();
+    done(&bench, "--set train.updates=2");
+    let weights = bench.bytes("runs/tiny/checkpoint/model.safetensors");
+    fs::write(bench.path("runs/tiny/checkpoint/model.safetensors"), &weights[..weights.len() / 2]).unwrap();
+    assert_eq!(done(&bench, "--set train.updates=2"), ["train"]);
+    assert!(bench.bytes("runs/tiny/checkpoint/model.safetensors") == weights, "the weights are others");
 }

@@ -134,6 +134,9 @@ impl Default for TrainConfig {
     }
 }
 
+/// The largest batch; a larger one is a slip of the keyboard.
+const LARGEST_BATCH: usize = 65_536;
+
 impl TrainConfig {
     /// Checks every value.
     ///
@@ -150,6 +153,12 @@ impl TrainConfig {
             if value == 0 {
                 return Err(TrainError::Config(format!("train.{key} must be at least 1, got 0")));
             }
+        }
+        if self.batch_size > LARGEST_BATCH {
+            return Err(TrainError::Config(format!(
+                "train.batch_size must be at most {LARGEST_BATCH}, got {}",
+                self.batch_size
+            )));
         }
         if !self.batch_size.is_multiple_of(self.shards) {
             return Err(TrainError::Config(format!(

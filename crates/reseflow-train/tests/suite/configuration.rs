@@ -23,7 +23,7 @@ fn a_training_value_out_of_range_is_refused_by_its_key() {
     good.validate().unwrap();
     for (key, values) in [
         ("updates", &["0"][..]),
-        ("batch_size", &["0", "3"]),
+        ("batch_size", &["0", "3", "65538"]),
         ("shards", &["0", "3"]),
         ("validate_every", &["0"]),
         ("learning_rate", &["-1e-3", "1.5", "nan", "inf"]),

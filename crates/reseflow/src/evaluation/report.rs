@@ -1,5 +1,6 @@
 //! The result file of `reseflow eval` and its table.
 
+use reseflow_data::Split;
 use serde::{Deserialize, Serialize};
 
 use super::{ModeScores, TrivialScores};
@@ -51,6 +52,12 @@ pub struct EvalReport {
     pub straightness: Option<StraightnessRow>,
     /// What trivial predictors score on the same episodes.
     pub trivial: Option<TrivialScores>,
+    /// The task, as the data's file says; `null` where it does not.
+    #[serde(default)]
+    pub task: Option<String>,
+    /// The split, as the data's file says; `null` where it does not.
+    #[serde(default)]
+    pub split: Option<Split>,
     /// Episodes scored.
     pub episodes: usize,
     /// Noise seeds.

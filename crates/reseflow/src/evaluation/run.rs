@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use reseflow_data::{Dataset, DatasetFile, Episode, ObservationHistory};
+use reseflow_data::{Dataset, DatasetFile, Episode, ObservationHistory, Split};
 
 use super::{EvalReport, StraightnessRow, noise_seeds, score_steps, trivial_scores};
 use crate::error::{bad_input, sentence};
@@ -61,6 +61,12 @@ impl EvalInputs {
 /// When the data does not fit the policy.
 pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> anyhow::Result<EvalReport> {
     let Loaded { policy, held_out, training } = loaded;
+    let meta = held_out.dataset.meta.as_ref();
+    let split = meta.and_then(|meta| meta.split);
+    if split == Some(Split::Train) {
+        let data = inputs.data.display();
+        terminal.note(format!("{data}: says that it holds training episodes, not held-out ones"));
+    }
     let seeds = noise_seeds(inputs.seeds);
     let progress = terminal.progress("evaluation", inputs.steps.len() as u64);
     let mut rows = Vec::with_capacity(inputs.steps.len());
@@ -76,6 +82,8 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
         rows,
         straightness: Some(straightness(policy, &held_out.dataset)?),
         trivial,
+        task: meta.map(|meta| meta.task.clone()),
+        split,
         episodes: held_out.dataset.len(),
         seeds,
         checkpoint: text(&inputs.checkpoint),

@@ -99,6 +99,7 @@ fn check_results(bench: &Bench) {
     let eval = bench.read_json(&at("eval.json"));
     let steps: Vec<&Value> = eval["rows"].as_array().unwrap().iter().map(|row| &row["steps"]).collect();
     assert_eq!(steps, [1, 3]);
+    assert_eq!([&eval["task"], &eval["split"]], ["triangle", "test"]);
     for row in eval["rows"].as_array().unwrap() {
         assert_eq!((&row["evaluations"], row["solver"].as_str()), (&row["steps"], Some("euler")));
         for key in ["d_geo_mean", "d_geo_std", "rotation_rad", "translation_m", "opening_error"] {

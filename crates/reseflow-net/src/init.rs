@@ -7,7 +7,7 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// A tensor parameter of independent normal draws with standard deviation `std`.
-pub(crate) fn normal<const D: usize, R: Rng + ?Sized>(
+pub fn normal<const D: usize, R: Rng + ?Sized>(
     shape: [usize; D],
     std: f64,
     device: &Device,
@@ -24,7 +24,7 @@ pub(crate) fn normal<const D: usize, R: Rng + ?Sized>(
 }
 
 /// A linear map with weights ~ N(0, gain² / inputs) and, where asked for, a zero bias.
-pub(crate) fn linear<R: Rng + ?Sized>(
+pub fn linear<R: Rng + ?Sized>(
     [inputs, outputs]: [usize; 2],
     gain: f64,
     bias: bool,

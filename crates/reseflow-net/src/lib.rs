@@ -22,7 +22,7 @@ mod error;
 mod features;
 mod graph;
 mod heat_map;
-mod init;
+pub mod init;
 mod interaction;
 pub mod irreps;
 pub mod message;

@@ -14,7 +14,6 @@ mod objective;
 mod policy;
 mod trainer;
 mod trunk;
-mod weights;
 
 #[cfg(test)]
 mod laws;

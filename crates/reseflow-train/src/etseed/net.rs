@@ -6,11 +6,11 @@ use burn::tensor::{Device, Tensor, TensorData};
 use rand::Rng;
 use reseflow_flow::EndpointTargets;
 use reseflow_lie_tensor::gram_schmidt;
+use reseflow_net::init::linear;
 
 use super::config::EtSeedConfig;
 use super::input::{KernelInput, OFFSET_SCALE_M};
 use super::trunk::{Trunk, TrunkScenes};
-use super::weights::linear;
 use crate::TrainError;
 
 /// How far from the identity the drawn weights' left factors lie.

@@ -7,13 +7,13 @@ use burn::module::{Module, Param};
 use burn::nn::Linear;
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::Rng;
+use reseflow_net::init::{linear, normal};
 use reseflow_net::{
     DriftNetConfig, EncodedScenes, Encoder, Features, Interaction, InteractionConfig, InvariantAttention,
     InvariantAttentionConfig, NetError, RadialBasis, SceneBatch,
 };
 
 use super::input::{KernelInput, OFFSET_SCALE_M, POSE_NUMBERS, SceneView, pose_numbers};
-use super::weights::{linear, normal};
 use crate::TrainError;
 
 /// Scalars of a token besides its pose: the level's features and the opening.

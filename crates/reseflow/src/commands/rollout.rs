@@ -40,10 +40,12 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
         n_action_steps: args.n_action_steps,
         disturb: args.disturb,
     };
-    let mut others: Vec<&Path> = args.mcap.iter().chain(&args.preview).map(PathBuf::as_path).collect();
-    others.push(Path::new(&args.policy));
+    let checkpoint = steps.map(|_| Path::new(&args.policy));
+    let mut others: Vec<&Path> = args.preview.iter().map(PathBuf::as_path).chain(checkpoint).collect();
+    let log = args.mcap.as_deref().map(|path| OutputFile::claim_apart(path, &others)).transpose()?;
+    others.extend(args.mcap.as_deref());
     let out = OutputFile::claim_apart(&args.out, &others)?;
-    let results = run(args, task.as_ref(), &request, &mut actor, terminal)?;
+    let results = run(args, task.as_ref(), &request, &mut actor, log.as_ref(), terminal)?;
     let provenance = Provenance::gather(&format!("{device:?}").to_lowercase());
     let split = args.split.to_string();
     let report = RolloutReport::new(&args.policy, steps, &args.task, &split, &request, &results, provenance);
@@ -57,11 +59,12 @@ fn run(
     task: &dyn Task,
     request: &RolloutRequest,
     actor: &mut Actor<'_>,
+    log: Option<&OutputFile>,
     terminal: &Terminal,
 ) -> anyhow::Result<Vec<EpisodeResult>> {
     let mut witness = Witness::default();
-    if let Some(path) = &args.mcap {
-        witness = witness.with_log(OutputFile::claim(path)?.path(), args.mcap_episodes)?;
+    if let Some(log) = log {
+        witness = witness.with_log(log.path(), args.mcap_episodes)?;
     }
     let preview = args.preview.as_deref().map(PreviewFiles::claim).transpose()?;
     if preview.is_some() {

@@ -190,4 +190,21 @@ mod tests {
         let error = OutputFile::claim(&path).unwrap_err();
         assert!(error.to_string().contains("read-only"), "{error}");
     }
+
+    #[test]
+    fn a_result_never_takes_the_place_of_what_the_command_reads() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("checkpoint")).unwrap();
+        fs::write(path("data.npz"), "data").unwrap();
+        let (data, checkpoint) = (path("data.npz"), path("checkpoint"));
+        let others = [data.as_path(), &checkpoint];
+        for out in ["data.npz", "checkpoint/../data.npz", "checkpoint/model.safetensors"] {
+            let error = OutputFile::claim_apart(&path(out), &others).unwrap_err();
+            assert_eq!(exit_code(&error), EXIT_BAD_INPUT, "{out}");
+        }
+        for out in ["new.npz", "data.npz.json", "checkpoint-2"] {
+            OutputFile::claim_apart(&path(out), &others).unwrap();
+        }
+    }
 }

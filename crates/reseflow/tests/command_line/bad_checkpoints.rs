@@ -80,7 +80,16 @@ fn a_training_that_cannot_be_done_leaves_the_older_checkpoint() {
     fs::write(bench.path("no.npz"), "no data").unwrap();
     let train = "train --config tiny.toml --out policy --data";
     let elsewhere = "train --config tiny.toml --data train.npz --out";
-    let table: [(String, &[&str]); 10] = [
+    let table: [(String, &[&str]); 12] = [
+        (
+            "predict --checkpoint policy --data train.npz --out train.npz".to_owned(),
+            &["train.npz: would replace"],
+        ),
+        (
+            "rollout --policy policy --task triangle --episodes 1 --seed 1 --steps 1 --mcap policy/model.safetensors --out r.json"
+                .to_owned(),
+            &["policy/model.safetensors: would replace"],
+        ),
         (format!("{elsewhere} ."), &["expected the name of a folder"]),
         (format!("{elsewhere} train.npz"), &["train.npz", "is not a folder"]),
         (format!("{elsewhere} tiny.toml/policy"), &["tiny.toml"]),

@@ -29,7 +29,7 @@ pub struct SceneContext {
     pub(crate) memory: Features,
     /// Scene-wide features, scalars `[B, D]`, vectors `[3, B, V]`.
     pub(crate) scene: Features,
-    /// Scene-wide part of the predicted columns and offsets, `[3, B, 3K]`.
+    /// Scene-wide part of the predicted columns and offsets, `[3, B, 3K]`, or velocities, `[3, B, 2K]`.
     pub(crate) skip: Tensor<3>,
     /// Latest node positions over the offset scale, `[3, B, K]`.
     pub(crate) node_positions: Tensor<3>,
@@ -49,7 +49,7 @@ pub(crate) struct ContextEncoder {
 impl ContextEncoder {
     /// Draws the weights.
     pub(crate) fn new<R: Rng + ?Sized>(config: &DecoderConfig, device: &Device, rng: &mut R) -> Self {
-        let DecoderConfig { frames, nodes, channels, .. } = *config;
+        let DecoderConfig { frames, nodes, channels, parameterisation, .. } = *config;
         let vector_inputs = frames * (nodes * (channels + 1) + 4);
         Self {
             frame_embedding: normal([frames, channels], 0.3, device, rng),
@@ -61,7 +61,7 @@ impl ContextEncoder {
                 rng,
             ),
             vectors: linear([vector_inputs, config.token_vectors], 1.0, false, device, rng),
-            skip: linear([vector_inputs, 3 * nodes], 0.2, false, device, rng),
+            skip: linear([vector_inputs, parameterisation.vectors() * nodes], 0.2, false, device, rng),
             frames,
         }
     }

@@ -2,23 +2,51 @@
 //! step.
 //!
 //! A node's prediction of a pose is two columns (made a rotation by Gram–Schmidt) and an offset from the node. The consensus
-//! averages columns and positions under invariant weights and orthonormalises once.
+//! averages columns and positions under invariant weights and orthonormalises once. Where the network is to say the drift itself
+//! ([`Parameterisation::Twist`]), its last layer is another, in `twist.rs`.
 
 use burn::module::{Module, Param};
 use burn::nn::Linear;
 use burn::tensor::activation::softmax;
 use burn::tensor::{Device, Tensor};
 use rand::Rng;
-use reseflow_lie_tensor::gram_schmidt;
+use reseflow_lie_tensor::SE3Tensor;
 use serde::{Deserialize, Serialize};
 
+use crate::consensus::{NodePoses, spread};
 use crate::context::ContextEncoder;
 use crate::init::{linear, normal};
 use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M};
+use crate::twist::TWIST_WIDTH;
 use crate::{
     EncodedScenes, Features, Interaction, InteractionConfig, InvariantAttention, InvariantAttentionConfig,
-    NetError, SceneContext, SceneState, TokenBatch,
+    NetError, SceneContext, SceneState, TokenBatch, TwistPrediction,
 };
+
+/// What the decoder says of the flow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Parameterisation {
+    /// The clean poses Ĥ¹, by [`Decoder::forward`].
+    #[default]
+    Endpoint,
+    /// The drift, a body twist for each pose, by [`Decoder::twists`].
+    Twist,
+}
+
+impl Parameterisation {
+    /// Equivariant vectors for each pose of a node: two columns and an offset, or an angular and a linear velocity.
+    pub(crate) fn vectors(self) -> usize {
+        match self {
+            Parameterisation::Endpoint => 3,
+            Parameterisation::Twist => 2,
+        }
+    }
+
+    fn is_endpoint(&self) -> bool {
+        *self == Parameterisation::Endpoint
+    }
+}
 
 /// Sizes of the [`Decoder`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,6 +62,9 @@ pub struct DecoderConfig {
     pub token_scalars: usize,
     /// Vector channels per token, V.
     pub token_vectors: usize,
+    /// What is predicted.
+    #[serde(skip_serializing_if = "Parameterisation::is_endpoint")]
+    pub parameterisation: Parameterisation,
     /// Nodes K; filled in from the encoder.
     #[serde(skip)]
     pub nodes: usize,
@@ -50,6 +81,7 @@ impl Default for DecoderConfig {
             layers: 3,
             token_scalars: 64,
             token_vectors: 32,
+            parameterisation: Parameterisation::Endpoint,
             nodes: 4,
             channels: 32,
         }
@@ -91,9 +123,11 @@ impl DecoderConfig {
             interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
             self_attention: (0..self.layers).map(|_| to_self.init(device, rng)).collect(),
             node_attention: (0..self.layers).map(|_| to_nodes.init(device, rng)).collect(),
-            poses: linear([token[1], 3 * self.nodes], 0.5, false, device, rng),
+            poses: linear([token[1], self.parameterisation.vectors() * self.nodes], 0.5, false, device, rng),
             consensus: linear([token[0], self.nodes], 0.5, false, device, rng),
             opening: linear([token[0], 1], 0.5, true, device, rng),
+            twists: (self.parameterisation == Parameterisation::Twist)
+                .then(|| linear([token[0], TWIST_WIDTH * self.nodes], 0.5, true, device, rng)),
             nodes: self.nodes,
         }
     }
@@ -109,11 +143,13 @@ pub struct Decoder {
     interactions: Vec<Interaction>,
     self_attention: Vec<InvariantAttention>,
     node_attention: Vec<InvariantAttention>,
-    poses: Linear,
-    consensus: Linear,
-    opening: Linear,
+    pub(crate) poses: Linear,
+    pub(crate) consensus: Linear,
+    pub(crate) opening: Linear,
+    /// In twist form alone: what scalars add to the body twists.
+    pub(crate) twists: Option<Linear>,
     #[module(skip)]
-    nodes: usize,
+    pub(crate) nodes: usize,
 }
 
 /// The predicted clean trajectory Ĥ¹, relative to the scenes' origins.
@@ -133,6 +169,17 @@ pub struct EndpointPrediction {
     pub weights: Tensor<2>,
 }
 
+impl EndpointPrediction {
+    /// The weighted root mean square of D_geo (radians and metres in squares) from the nodes' poses to the consensus, `[B·L]`: how
+    /// unsure the network is.
+    pub fn spread(&self) -> Tensor<1> {
+        let nodes =
+            SE3Tensor { rotation: self.node_rotations.clone(), translation: self.node_positions_m.clone() };
+        let consensus = SE3Tensor { rotation: self.rotations.clone(), translation: self.positions_m.clone() };
+        spread(&consensus, &nodes, &self.weights)
+    }
+}
+
 impl Decoder {
     /// What the decoder needs to know about the scenes; once per observation.
     ///
@@ -142,15 +189,44 @@ impl Decoder {
         self.context.forward(frames, states)
     }
 
+    /// What the weights were drawn for.
+    pub fn parameterisation(&self) -> Parameterisation {
+        if self.twists.is_some() { Parameterisation::Twist } else { Parameterisation::Endpoint }
+    }
+
     /// The endpoint that the tokens flow towards; once per solver step.
     ///
     /// # Errors
-    /// [`NetError::Mismatch`] where the tokens have another horizon or batch than the network and the context.
+    /// [`NetError::Mismatch`] where the tokens have another horizon or batch than the network and the context,
+    /// [`NetError::Parameterisation`] where the decoder predicts twists.
     pub fn forward(
         &self,
         context: &SceneContext,
         tokens: &TokenBatch,
     ) -> Result<EndpointPrediction, NetError> {
+        self.must_predict(Parameterisation::Endpoint)?;
+        let features = self.features(context, tokens)?;
+        Ok(self.read_out(context, features, tokens.horizon))
+    }
+
+    /// The drift of the tokens; once per solver step.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where the tokens have another horizon or batch than the network and the context,
+    /// [`NetError::Parameterisation`] where the decoder predicts endpoints.
+    pub fn twists(&self, context: &SceneContext, tokens: &TokenBatch) -> Result<TwistPrediction, NetError> {
+        self.must_predict(Parameterisation::Twist)?;
+        let features = self.features(context, tokens)?;
+        Ok(self.read_out_twists(context, tokens, features))
+    }
+
+    fn must_predict(&self, asked: Parameterisation) -> Result<(), NetError> {
+        let configured = self.parameterisation();
+        if configured == asked { Ok(()) } else { Err(NetError::Parameterisation { configured, asked }) }
+    }
+
+    /// The tokens' features after all layers.
+    fn features(&self, context: &SceneContext, tokens: &TokenBatch) -> Result<Features, NetError> {
         let [horizon, scalar_width] = self.step_embedding.dims();
         if tokens.horizon != horizon {
             return Err(NetError::Mismatch {
@@ -193,18 +269,13 @@ impl Decoder {
             }
             .soft_normalize();
         }
-        Ok(self.read_out(context, features, scenes, horizon))
+        Ok(features)
     }
 
     /// Poses of every node and their consensus from the tokens' final features.
-    fn read_out(
-        &self,
-        context: &SceneContext,
-        features: Features,
-        scenes: usize,
-        horizon: usize,
-    ) -> EndpointPrediction {
-        let (nodes, rows) = (self.nodes, scenes * horizon);
+    fn read_out(&self, context: &SceneContext, features: Features, horizon: usize) -> EndpointPrediction {
+        let (nodes, scenes) = (self.nodes, context.origins_m.len());
+        let rows = scenes * horizon;
         let weights = softmax(self.consensus.forward(features.scalars.clone()), 1);
         let openings = self.opening.forward(features.scalars);
 
@@ -214,25 +285,14 @@ impl Decoder {
         let poses = poses.reshape([3, rows, 3, nodes]);
         let part = |index: usize| poses.clone().narrow(2, index, 1).reshape([3, rows, nodes]);
         let (first, second, offset) = (part(0), part(1), part(2));
-        let node_positions = (offset.reshape([3, scenes, horizon, nodes])
+        let positions = (offset.reshape([3, scenes, horizon, nodes])
             + context.node_positions.clone().reshape([3, scenes, 1, nodes]))
         .reshape([3, rows, nodes])
         .mul_scalar(OFFSET_SCALE_M);
 
-        let averaged = |values: &Tensor<3>| {
-            (values.clone() * weights.clone().reshape([1, rows, nodes]))
-                .sum_dim(2)
-                .reshape([3, rows])
-                .swap_dims(0, 1)
-        };
-        let rows_of = |values: Tensor<3>| values.permute([1, 2, 0]).reshape([rows * nodes, 3]);
-        EndpointPrediction {
-            rotations: gram_schmidt(averaged(&first), averaged(&second)),
-            positions_m: averaged(&node_positions),
-            openings,
-            node_rotations: gram_schmidt(rows_of(first), rows_of(second)),
-            node_positions_m: rows_of(node_positions),
-            weights,
-        }
+        let of_nodes = NodePoses { first, second, positions };
+        let (rotations, positions_m) = of_nodes.consensus(&weights);
+        let (node_rotations, node_positions_m) = of_nodes.poses();
+        EndpointPrediction { rotations, positions_m, openings, node_rotations, node_positions_m, weights }
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     CloudGraph, Decoder, DecoderConfig, EncodedScenes, Encoder, EncoderConfig, EndpointPrediction,
-    GripperState, NetError, SceneBatch, SceneContext, SceneState, TokenBatch,
+    GripperState, NetError, SceneBatch, SceneContext, SceneState, TokenBatch, TwistPrediction,
 };
 
 /// Sizes of a [`DriftNet`].
@@ -45,7 +45,8 @@ impl DriftNetConfig {
     }
 }
 
-/// Encoder and decoder. Encode and build the context once per observation, then decode once per solver step.
+/// Encoder and decoder. Encode and build the context once per observation, then decode once per solver step: with
+/// [`DriftNet::decode`] or [`DriftNet::decode_twists`], whichever `decoder.parameterisation` says.
 #[derive(Module, Debug)]
 pub struct DriftNet {
     encoder: Encoder,
@@ -86,12 +87,25 @@ impl DriftNet {
     /// Predicts the clean trajectory from a noisy one.
     ///
     /// # Errors
-    /// [`NetError::Mismatch`] where the tokens do not fit the network or the context.
+    /// [`NetError::Mismatch`] where the tokens do not fit the network or the context, [`NetError::Parameterisation`] where the
+    /// network was configured for twists.
     pub fn decode(
         &self,
         context: &SceneContext,
         tokens: &TokenBatch,
     ) -> Result<EndpointPrediction, NetError> {
         self.decoder.forward(context, tokens)
+    }
+    /// Predicts the velocity of a noisy trajectory along the flow.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where the tokens do not fit the network or the context, [`NetError::Parameterisation`] where the
+    /// network was configured for endpoints.
+    pub fn decode_twists(
+        &self,
+        context: &SceneContext,
+        tokens: &TokenBatch,
+    ) -> Result<TwistPrediction, NetError> {
+        self.decoder.twists(context, tokens)
     }
 }

@@ -1,5 +1,7 @@
 //! What the network refuses.
 
+use crate::Parameterisation;
+
 /// An input or a configuration that has no answer.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum NetError {
@@ -21,6 +23,14 @@ pub enum NetError {
         expected: usize,
         /// What was got.
         got: usize,
+    },
+    /// A prediction that the weights were not drawn for.
+    #[error("the network predicts {configured:?}, asked was {asked:?}: see decoder.parameterisation")]
+    Parameterisation {
+        /// What the network was configured for.
+        configured: Parameterisation,
+        /// What was asked for.
+        asked: Parameterisation,
     },
     /// A configuration value outside its range.
     #[error("network config: {0}")]

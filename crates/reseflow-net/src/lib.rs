@@ -3,7 +3,7 @@
 //! The *encoder* runs once per observation: a neighbour graph ([`CloudGraph`]), messages of degrees 0 and 1 from all points to
 //! sub-sampled centres and among the centres, and K heat maps that turn the cloud into K *nodes* (after SE3ManiNet, arXiv
 //! 2403.19460). The *decoder* runs once per solver step: L trajectory tokens attend to the nodes and to each other, and every
-//! node predicts every pose; the consensus of the nodes is the flow's endpoint.
+//! node predicts every pose; the consensus of the nodes is the flow's endpoint (or, with [`Parameterisation::Twist`], its velocity).
 //!
 //! Everything is exactly equivariant under SE(3) and not under reflections: vectors mix only through sums, invariant gates and
 //! cross products, and positions enter relative to the cloud's centroid.
@@ -12,6 +12,7 @@
 //! [`SE3Transformer`] and [`SE3ManiNet`] are built of them.
 
 mod attention;
+mod consensus;
 mod context;
 mod convolution;
 mod decoder;
@@ -30,11 +31,12 @@ mod radial;
 mod scene_batch;
 mod tokens;
 mod transformer;
+mod twist;
 
 pub use attention::{InvariantAttention, InvariantAttentionConfig};
 pub use context::{SceneContext, SceneState};
 pub use convolution::{Convolution, ConvolutionConfig};
-pub use decoder::{Decoder, DecoderConfig, EndpointPrediction};
+pub use decoder::{Decoder, DecoderConfig, EndpointPrediction, Parameterisation};
 pub use drift::{DriftNet, DriftNetConfig};
 pub use encoder::{EncodedScenes, Encoder, EncoderConfig};
 pub use error::NetError;
@@ -48,3 +50,4 @@ pub use tokens::{GripperState, TokenBatch};
 pub use transformer::{
     ManiNodes, Nonlinearity, SE3ManiNet, SE3ManiNetConfig, SE3Transformer, SE3TransformerConfig, SceneFrames,
 };
+pub use twist::TwistPrediction;

@@ -144,13 +144,13 @@ impl Scenes {
 #[divan::bench(args = DEVICES, consts = [1, 2, 3])]
 fn mani_net_of_one_scene<const DEGREE: usize>(bencher: Bencher, name: &str) {
     let scenes = Scenes::new(device(name), DEGREE, 128, 1);
-    bencher.bench(|| finish(scenes.encode().translations));
+    bencher.bench(|| finish(scenes.encode().translations_m));
 }
 
 #[divan::bench(consts = [100, 128, 256, 1024])]
 fn mani_net_of_points<const POINTS: usize>(bencher: Bencher) {
     let scenes = Scenes::new(device("flex"), 3, POINTS, 1);
-    bencher.bench(|| finish(scenes.encode().translations));
+    bencher.bench(|| finish(scenes.encode().translations_m));
 }
 
 #[divan::bench(args = DEVICES, consts = [1, 2, 3])]
@@ -158,6 +158,6 @@ fn mani_net_forward_and_backward_of_a_batch<const DEGREE: usize>(bencher: Benche
     let scenes = Scenes::new(device(name).autodiff(), DEGREE, 128, BATCH);
     bencher.bench(|| {
         let nodes = scenes.encode();
-        (nodes.translations.square().sum() + nodes.rotations.square().sum()).backward()
+        (nodes.translations_m.square().sum() + nodes.rotations.square().sum()).backward()
     });
 }

@@ -1,20 +1,26 @@
 //! SE3ManiNet with K nodes (after RiEMann, arXiv 2403.19460): an SE(3)-Transformer over a cloud, K heat maps, and for every node a
-//! position, invariant and equivariant features, and a pose.
+//! position, invariant and equivariant features, and a pose; and the pose on which the nodes agree.
+//!
+//! A loss takes the consensus, at half weight every node's pose, and the maps' [`ManiNodes::overlap`] as a penalty, so that nodes neither
+//! collapse nor idle.
 
 use burn::module::Module;
 use burn::nn::Linear;
+use burn::tensor::activation::softmax;
 use burn::tensor::{Device, Tensor};
 use rand::Rng;
-use reseflow_lie_tensor::gram_schmidt;
+use reseflow_lie_tensor::{SE3Tensor, gram_schmidt};
 use serde::{Deserialize, Serialize};
 
 use super::{SE3Transformer, SE3TransformerConfig, SceneFrames};
+use crate::consensus::{NodePoses, spread};
 use crate::degrees::{
     Fiber, FiberFeatures, FiberHeatMap, FiberHeatMapConfig, FiberLinear, FiberLinearConfig, RadialMlpConfig,
     TensorProductConvolution, TensorProductConvolutionConfig, UniformFiber,
 };
 use crate::init::linear;
 use crate::scene_batch::CENTRE_VECTORS;
+use crate::tokens::OFFSET_SCALE_M;
 use crate::{CloudGraph, GraphConfig, GripperState, HeatMap, NetError, RadialBasis, SceneBatch};
 
 /// Sizes of an [`SE3ManiNet`].
@@ -121,6 +127,7 @@ impl SE3ManiNetConfig {
             transformer: transformer.init(device, rng)?,
             heat_map: FiberHeatMapConfig { fiber: output.fiber(), nodes: self.nodes }.init(device, rng),
             poses: poses.init(device, rng),
+            agreement: linear([output.channels, 1], 0.5, false, device, rng),
             config: self.clone(),
         })
     }
@@ -135,25 +142,32 @@ pub struct SE3ManiNet {
     transformer: SE3Transformer,
     heat_map: FiberHeatMap,
     poses: FiberLinear,
+    agreement: Linear,
     #[module(skip)]
     config: SE3ManiNetConfig,
 }
 
-/// The K nodes of B scenes; everything is relative to the scene's centroid, lengths over the length scale ℓ.
+/// The K nodes of B scenes; positions are relative to the scene's centroid.
 #[derive(Debug, Clone)]
 pub struct ManiNodes {
     /// Centroids, world frame, metres.
     pub centroids_m: Vec<[f64; 3]>,
     /// Heat maps over the centres, `[B, K, M]`.
     pub heat: Tensor<3>,
-    /// Heat-map positions, `[B·K, 3]`.
-    pub positions: Tensor<2>,
+    /// Heat-map positions, metres, `[B·K, 3]`.
+    pub positions_m: Tensor<2>,
     /// Features of every degree; degree 0 is the invariant ones.
     pub features: FiberFeatures,
-    /// Orientations of the poses, `[B·K, 3, 3]`.
+    /// Orientations of every node's pose, `[B·K, 3, 3]`.
     pub rotations: Tensor<3>,
-    /// Positions of the poses: the heat map's, and an offset in the pose's own frame, `[B·K, 3]`.
-    pub translations: Tensor<2>,
+    /// Positions of every node's pose: the heat map's, and an offset in the pose's own frame, metres, `[B·K, 3]`.
+    pub translations_m: Tensor<2>,
+    /// Consensus weights, `[B, K]`.
+    pub weights: Tensor<2>,
+    /// Consensus orientations, `[B, 3, 3]`.
+    pub consensus_rotations: Tensor<3>,
+    /// Consensus positions, metres, `[B, 3]`.
+    pub consensus_positions_m: Tensor<2>,
 }
 
 impl SE3ManiNet {
@@ -201,18 +215,34 @@ impl SE3ManiNet {
         let rows = positions.dims()[1];
         let positions = positions.reshape([3, rows]).swap_dims(0, 1);
 
+        let positions = positions.mul_scalar(OFFSET_SCALE_M);
+
         let poses = self.poses.forward(&nodes);
-        let column =
-            |index: usize| poses.degrees[1].clone().narrow(2, index, 1).reshape([3, rows]).swap_dims(0, 1);
-        let rotations = gram_schmidt(column(0), column(1));
+        let column = |index: usize| poses.degrees[1].clone().narrow(2, index, 1).reshape([3, rows]);
+        let (first, second) = (column(0), column(1));
+        let rotations = gram_schmidt(first.clone().swap_dims(0, 1), second.clone().swap_dims(0, 1));
         let offset = rotations.clone().matmul(poses.scalars().reshape([rows, 3, 1])).reshape([rows, 3]);
+        let translations = positions.clone() + offset.mul_scalar(OFFSET_SCALE_M);
+
+        let by_scene = [batch.len(), rows / batch.len()];
+        let weights = softmax(self.agreement.forward(nodes.scalars()).reshape(by_scene), 1);
+        let of_nodes = |values: Tensor<2>| values.reshape([3, by_scene[0], by_scene[1]]);
+        let (consensus_rotations, consensus_positions_m) = NodePoses {
+            first: of_nodes(first),
+            second: of_nodes(second),
+            positions: of_nodes(translations.clone().swap_dims(0, 1)),
+        }
+        .consensus(&weights);
         ManiNodes {
             centroids_m: batch.centroids_m.clone(),
             heat,
-            translations: positions.clone() + offset,
-            positions,
+            positions_m: positions,
             features: nodes,
             rotations,
+            translations_m: translations,
+            weights,
+            consensus_rotations,
+            consensus_positions_m,
         }
     }
 }
@@ -221,5 +251,16 @@ impl ManiNodes {
     /// How much the nodes of a scene look at the same points, `[1]`; as [`HeatMap::overlap`].
     pub fn overlap(&self) -> Tensor<1> {
         HeatMap::overlap(&self.heat)
+    }
+
+    /// The weighted root mean square of D_geo (radians and metres in squares) from the nodes' poses to the consensus, `[B]`: how
+    /// unsure the network is.
+    pub fn spread(&self) -> Tensor<1> {
+        let nodes = SE3Tensor { rotation: self.rotations.clone(), translation: self.translations_m.clone() };
+        let consensus = SE3Tensor {
+            rotation: self.consensus_rotations.clone(),
+            translation: self.consensus_positions_m.clone(),
+        };
+        spread(&consensus, &nodes, &self.weights)
     }
 }

@@ -2,10 +2,11 @@
 
 use burn::store::{ModuleSnapshot, SafetensorsStore};
 use burn::tensor::Device;
-use reseflow_net::{DriftNet, DriftNetConfig};
+use reseflow_net::{DriftNet, DriftNetConfig, Parameterisation};
 
 use crate::support::laws::example;
 use crate::support::trajectory::{Trajectory, predict_one};
+use crate::support::twists::{in_twist_form, numbers, twists};
 use crate::support::weights::shaken;
 use crate::support::{devices, rng, small};
 
@@ -18,9 +19,12 @@ fn flat(trajectory: &Trajectory) -> Vec<f64> {
 
 #[test]
 fn a_network_read_back_says_the_same_on_every_device() {
-    for config in [DriftNetConfig::default(), small()] {
+    for config in [DriftNetConfig::default(), small(), in_twist_form(small())] {
         let scene = example(1, &config);
-        let say = |net: &DriftNet, device: &Device| flat(&predict_one(net, &scene, device));
+        let say = |net: &DriftNet, device: &Device| match config.decoder.parameterisation {
+            Parameterisation::Endpoint => flat(&predict_one(net, &scene, device)),
+            Parameterisation::Twist => numbers(&twists(net, std::slice::from_ref(&scene), device)),
+        };
         for (name, device) in devices() {
             let mut rng = rng(61);
             let net = shaken(config.init(&device, &mut rng), 0.05, &mut rng);
@@ -55,13 +59,21 @@ fn weights_of_another_size_are_not_taken() {
 
 #[test]
 fn a_configuration_survives_toml() {
-    for config in [DriftNetConfig::default(), small()] {
+    for config in [DriftNetConfig::default(), small(), in_twist_form(small())] {
         let text = toml::to_string_pretty(&config).expect("the configuration can be written");
         let mut read: DriftNetConfig = toml::from_str(&text).expect("and read");
         // Filled in from the encoder, and not written.
         (read.decoder.nodes, read.decoder.channels) = (config.decoder.nodes, config.decoder.channels);
         assert_eq!(read, config, "{text}");
     }
+}
+
+#[test]
+fn a_configuration_for_endpoints_is_written_as_before_there_were_twists() {
+    let written = |config| toml::to_string(&config).expect("the configuration can be written");
+    assert!(!written(DriftNetConfig::default()).contains("parameterisation"));
+    let twist = written(in_twist_form(DriftNetConfig::default()));
+    assert!(twist.contains("parameterisation = \"twist\""), "{twist}");
 }
 
 #[test]

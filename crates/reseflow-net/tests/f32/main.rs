@@ -16,7 +16,7 @@ mod refusals;
 use burn::tensor::FloatDType;
 use reseflow_net::DriftNetConfig;
 use support::scene::{Cloud, Scene};
-use support::{assert_small, degree_laws, devices, laws, messages};
+use support::{assert_small, degree_laws, devices, laws, messages, twists};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F32;
@@ -123,4 +123,29 @@ fn every_parameter_of_mani_net_receives_a_gradient() {
 #[test]
 fn poses_of_nodes_turn_with_the_world() {
     degree_laws::poses_of_nodes_turn_with_the_world(1e-4);
+}
+
+#[test]
+fn a_moved_scene_gives_the_same_body_twists() {
+    twists::a_moved_scene_gives_the_same_body_twists(1e-5);
+}
+
+#[test]
+fn body_twists_of_another_scene_are_others() {
+    twists::body_twists_of_another_scene_are_others();
+}
+
+#[test]
+fn the_consensus_twist_is_the_weighted_mean_of_the_nodes() {
+    twists::the_consensus_twist_is_the_weighted_mean_of_the_nodes(1e-5);
+}
+
+#[test]
+fn twists_are_read_in_the_frame_of_the_noisy_pose() {
+    twists::twists_are_read_in_the_frame_of_the_noisy_pose(1e-4);
+}
+
+#[test]
+fn every_parameter_of_the_twist_form_receives_a_gradient() {
+    twists::every_parameter_of_the_twist_form_receives_a_gradient();
 }

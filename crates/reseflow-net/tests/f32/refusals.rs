@@ -3,13 +3,14 @@
 use burn::tensor::Device;
 use reseflow_lie::SE3;
 use reseflow_net::{
-    DriftNet, DriftNetConfig, EncodedScenes, GraphConfig, NetError, RadialBasis, SceneBatch, SceneContext,
-    SceneState, TokenBatch,
+    DriftNet, DriftNetConfig, EncodedScenes, GraphConfig, NetError, Parameterisation, RadialBasis,
+    SceneBatch, SceneContext, SceneState, TokenBatch,
 };
 
 use crate::support::laws::example;
 use crate::support::scene::{Cloud, Scene, gripper};
 use crate::support::trajectory::{encode, predict};
+use crate::support::twists::in_twist_form;
 use crate::support::{devices, rng, small};
 
 #[test]
@@ -129,6 +130,24 @@ fn tokens_that_do_not_fit_are_refused() {
     assert_mismatch(prepared.net.decode(&context, &short), [5, 4], "tokens per trajectory");
     let lone = batch(&noise[..1], &[0.1], &origins[..1]).expect("one scene is a batch");
     assert_mismatch(prepared.net.decode(&context, &lone), [10, 5], "tokens in the batch");
+}
+
+#[test]
+fn a_prediction_that_the_network_was_not_made_for_is_refused() {
+    let prepared = Prepared::new();
+    let context = prepared.context();
+    let noise: Vec<_> = prepared.scenes.iter().map(|scene| scene.noise.clone()).collect();
+    let tokens = TokenBatch::new(&noise, &[0.1, 0.2], &context.origins_m, &prepared.device)
+        .expect("the tokens fit the context");
+    let refused = prepared.net.decode_twists(&context, &tokens).map(|_| ());
+    let (configured, asked) = (Parameterisation::Endpoint, Parameterisation::Twist);
+    assert_eq!(refused, Err(NetError::Parameterisation { configured, asked }));
+
+    let net = in_twist_form(small()).init(&prepared.device, &mut rng(74));
+    let context = net.context(&prepared.encoded, &prepared.states).expect("sizes are the same");
+    let refused = net.decode(&context, &tokens).map(|_| ());
+    assert_eq!(refused, Err(NetError::Parameterisation { configured: asked, asked: configured }));
+    assert!(net.decode_twists(&context, &tokens).is_ok());
 }
 
 #[test]

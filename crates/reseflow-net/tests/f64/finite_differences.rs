@@ -9,6 +9,7 @@ use crate::support::gradients::{NamedGradient, generic_loss, named_gradients};
 use crate::support::laws::example;
 use crate::support::mani_net::small_mani_net;
 use crate::support::scene::{Cloud, Scene};
+use crate::support::twists::{in_twist_form, twist_loss};
 use crate::support::weights::shaken;
 use crate::support::{assert_small, devices, normals, rng, small, tensor, values, worse, worst_difference};
 
@@ -103,6 +104,21 @@ fn the_gradient_is_the_slope_of_the_loss() {
     let gradients = gradient(&device);
     let loss = |net: &DriftNet| generic_loss(net, &scenes(), &device);
     assert_slopes("the drift", &network(&device), &gradients, loss, 50);
+}
+
+#[test]
+fn the_gradient_of_the_twist_form_is_the_slope_of_its_loss() {
+    let [(_, device), _] = devices();
+    let net = |device: &Device| {
+        let mut rng = rng(35);
+        shaken(in_twist_form(small()).init(device, &mut rng), 0.05, &mut rng)
+    };
+    let tracked = device.clone().autodiff();
+    let tracked_net = net(&tracked);
+    let gradients = twist_loss(&tracked_net, &scenes(), &tracked).backward();
+    let gradients = named_gradients(&tracked_net, &gradients);
+    let loss = |net: &DriftNet| twist_loss(net, &scenes(), &device);
+    assert_slopes("the twists", &net(&device), &gradients, loss, 50);
 }
 
 #[test]

@@ -180,7 +180,10 @@ pub(crate) fn mani_net_loss(net: &SE3ManiNet, clouds: &[Cloud], device: &Device)
     let features = features.reduce(|a, b| a + b).expect("there are scalars");
     features
         + weighed(nodes.rotations.clone(), &mut rng)
-        + weighed(nodes.translations.clone(), &mut rng)
+        + weighed(nodes.translations_m.clone(), &mut rng)
+        + weighed(nodes.consensus_rotations.clone(), &mut rng)
+        + weighed(nodes.consensus_positions_m.clone(), &mut rng)
+        + weighed(nodes.spread(), &mut rng)
         + weighed(nodes.heat.clone(), &mut rng)
         + nodes.overlap()
 }

@@ -55,21 +55,24 @@ pub(crate) fn nodes(
 pub(crate) fn features_on_host(nodes: &ManiNodes) -> HostFiber {
     let rows = nodes.features.points();
     let mut features = nodes.features.clone();
-    let positions = nodes.positions.clone().swap_dims(0, 1).reshape([3, rows, 1]);
+    let positions = nodes.positions_m.clone().swap_dims(0, 1).reshape([3, rows, 1]);
     features.degrees[1] = Tensor::cat(vec![features.degrees[1].clone(), positions], 2);
     let mut host = HostFiber::of(&features);
     host.degrees[0].extend(values(&nodes.heat));
     host.degrees[0].extend(values(&nodes.overlap()));
+    host.degrees[0].extend(values(&nodes.weights));
     host
 }
 
-/// Poses as vectors: the first two columns of the rotation, and the position.
+/// Poses of the nodes and of their consensus as vectors: the first two columns of the rotation, and the position; and the spread.
 pub(crate) fn poses_on_host(nodes: &ManiNodes) -> HostFiber {
-    let rows = nodes.features.points();
-    let columns = nodes.rotations.clone().narrow(2, 0, 2).swap_dims(0, 1);
-    let translations = nodes.translations.clone().swap_dims(0, 1).reshape([3, rows, 1]);
+    let rotations = Tensor::cat(vec![nodes.rotations.clone(), nodes.consensus_rotations.clone()], 0);
+    let positions = Tensor::cat(vec![nodes.translations_m.clone(), nodes.consensus_positions_m.clone()], 0);
+    let [rows, _] = positions.dims();
+    let columns = rotations.narrow(2, 0, 2).swap_dims(0, 1);
+    let positions = positions.swap_dims(0, 1).reshape([3, rows, 1]);
     HostFiber {
         points: rows,
-        degrees: vec![Vec::new(), values(&Tensor::cat(vec![columns, translations], 2))],
+        degrees: vec![values(&nodes.spread()), values(&Tensor::cat(vec![columns, positions], 2))],
     }
 }

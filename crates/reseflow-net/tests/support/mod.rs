@@ -13,6 +13,7 @@ pub(crate) mod mani_net;
 pub(crate) mod messages;
 pub(crate) mod scene;
 pub(crate) mod trajectory;
+pub(crate) mod twists;
 pub(crate) mod weights;
 pub(crate) mod world;
 

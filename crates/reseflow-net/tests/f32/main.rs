@@ -16,7 +16,7 @@ mod refusals;
 use burn::tensor::FloatDType;
 use reseflow_net::DriftNetConfig;
 use support::scene::{Cloud, Scene};
-use support::{assert_small, degree_laws, devices, laws, messages, twists};
+use support::{assert_small, degenerate, degree_laws, devices, laws, messages, statistics, twists};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F32;
@@ -61,6 +61,11 @@ fn a_scene_stored_in_f32_gives_a_moved_trajectory() {
 }
 
 #[test]
+fn a_trained_network_turns_with_the_world_on_graphs_built_again() {
+    statistics::a_trained_network_turns_with_the_world_on_graphs_built_again([1e-5, 1e-5]);
+}
+
+#[test]
 fn a_scene_that_is_not_moved_rigidly_is_caught() {
     laws::a_scene_that_is_not_moved_rigidly_is_caught();
 }
@@ -77,7 +82,7 @@ fn scenes_of_one_batch_do_not_see_each_other() {
 
 #[test]
 fn degenerate_clouds_give_finite_trajectories_and_gradients() {
-    laws::degenerate_clouds_give_finite_trajectories_and_gradients();
+    degenerate::degenerate_clouds_give_finite_trajectories_and_gradients();
 }
 
 #[test]
@@ -112,7 +117,7 @@ fn nodes_see_neither_the_order_of_points_nor_other_scenes() {
 
 #[test]
 fn degenerate_clouds_give_finite_nodes_and_gradients() {
-    degree_laws::degenerate_clouds_give_finite_nodes_and_gradients();
+    degenerate::degenerate_clouds_give_finite_nodes_and_gradients();
 }
 
 #[test]
@@ -148,4 +153,14 @@ fn twists_are_read_in_the_frame_of_the_noisy_pose() {
 #[test]
 fn every_parameter_of_the_twist_form_receives_a_gradient() {
     twists::every_parameter_of_the_twist_form_receives_a_gradient();
+}
+
+#[test]
+fn degenerate_clouds_give_a_finite_transformer() {
+    degenerate::degenerate_clouds_give_a_finite_transformer();
+}
+
+#[test]
+fn a_scene_ten_metres_away_gives_the_same_trajectory() {
+    degenerate::a_scene_ten_metres_away_gives_the_same_trajectory(1e-3);
 }

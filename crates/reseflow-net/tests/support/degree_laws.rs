@@ -9,15 +9,14 @@ use serde_json::Value;
 use super::degree_layers::{RADIAL_MLP, centre_edges, convolved, mani_net, uniform};
 use super::fibers::{HostFiber, fiber_deviation};
 use super::gradients::{named_gradients, weighed};
-use super::laws::degenerate_clouds;
 use super::layers::{GRAPH, RADIAL, SHAKE, clouds};
 use super::mani_net::{features_on_host, homes, nodes, poses_on_host, small_mani_net};
-use super::scene::{Cloud, random_colors};
+use super::scene::Cloud;
 use super::weights::shaken;
 use super::world::World;
 use super::{assert_caught, assert_small, devices, rng, tensor, values, worse};
 
-const NONLINEARITIES: [Nonlinearity; 2] = [Nonlinearity::Norm, Nonlinearity::Gated];
+pub(crate) const NONLINEARITIES: [Nonlinearity; 2] = [Nonlinearity::Norm, Nonlinearity::Gated];
 
 pub(crate) fn the_product_in_the_edges_frame_is_the_sum_over_paths(tolerance: f64) {
     for (name, device) in devices() {
@@ -132,7 +131,7 @@ pub(crate) fn poses_of_nodes_turn_with_the_world(tolerance: f64) {
 }
 
 /// The network and its clouds, from one stream.
-fn example(config: &SE3ManiNetConfig, device: &Device, stream: u64) -> (SE3ManiNet, Vec<Cloud>) {
+pub(crate) fn example(config: &SE3ManiNetConfig, device: &Device, stream: u64) -> (SE3ManiNet, Vec<Cloud>) {
     let mut rng = rng(stream);
     let net = config.init(device, &mut rng).expect("the sizes make sense");
     (shaken(net, 0.05, &mut rng), [40, 7, 25].map(|count| Cloud::in_a_box(count, &mut rng)).to_vec())
@@ -186,33 +185,6 @@ pub(crate) fn mani_net_loss(net: &SE3ManiNet, clouds: &[Cloud], device: &Device)
         + weighed(nodes.spread(), &mut rng)
         + weighed(nodes.heat.clone(), &mut rng)
         + nodes.overlap()
-}
-
-pub(crate) fn degenerate_clouds_give_finite_nodes_and_gradients() {
-    for (name, device) in devices() {
-        let tracked = device.clone().autodiff();
-        for nonlinearity in NONLINEARITIES {
-            for (what, points) in degenerate_clouds() {
-                let (net, _) = example(&small_mani_net(nonlinearity), &tracked, 9200);
-                let colors = random_colors(points.len(), &mut rng(9201));
-                let clouds = [Cloud { points, colors }];
-                let nodes = nodes(&net, &clouds, &homes(1), &World::identity(), &tracked);
-                for part in [features_on_host, poses_on_host] {
-                    assert!(part(&nodes).size().is_finite(), "{name} {what}");
-                }
-                let gram = values(&nodes.rotations.clone().swap_dims(1, 2).matmul(nodes.rotations));
-                let identity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-                let error =
-                    gram.iter().zip(identity.iter().cycle()).map(|(a, b)| (a - b).abs()).fold(0.0, worse);
-                assert!(error < 1e-4, "{name} {what}: not rotations");
-                let gradients = mani_net_loss(&net, &clouds, &tracked).backward();
-                for (parameter, gradient) in named_gradients(&net, &gradients) {
-                    assert!(!gradient.is_empty(), "{name} {what}: no gradient for {parameter}");
-                    assert!(gradient.iter().all(|value| value.is_finite()), "{name} {what}: {parameter}");
-                }
-            }
-        }
-    }
 }
 
 pub(crate) fn every_parameter_of_mani_net_receives_a_gradient() {

@@ -5,7 +5,7 @@ use reseflow_net::DriftNetConfig;
 
 use super::gradients::{generic_loss, named_gradients};
 use super::layers::{interaction_with_world_constant, layer_deviations};
-use super::scene::{Cloud, Scene, random_colors};
+use super::scene::{Cloud, Scene};
 use super::trajectory::{Deviation, encode, predict, predict_one};
 use super::weights::shaken;
 use super::world::World;
@@ -190,47 +190,6 @@ pub(crate) fn scenes_of_one_batch_do_not_see_each_other(tolerance: f64) {
         }
         let other = together[0].deviation(&together[1], &World::identity()).largest();
         assert_caught(&format!("{name} another scene's trajectory"), other, CAUGHT);
-    }
-}
-
-/// Clouds without extent, without a plane, with ties everywhere, or with fewer points than centres.
-pub(crate) fn degenerate_clouds() -> Vec<(&'static str, Vec<[f64; 3]>)> {
-    let grid = (0..36).map(|index| [0.05 * f64::from(index % 6), 0.05 * f64::from(index / 6), 0.4]);
-    vec![
-        ("one point", vec![[0.3, -0.2, 0.5]]),
-        ("one point at the origin", vec![[0.0; 3]]),
-        ("two points", vec![[0.1, 0.0, 0.0], [0.0, 0.1, 0.0]]),
-        ("thirty coincident points", vec![[0.7, 0.1, 0.3]; 30]),
-        ("a line", (0..30).map(|index| [0.01 * f64::from(index), 0.02 * f64::from(index), 0.1]).collect()),
-        ("five points", (0..5).map(|i| [0.1 * f64::from(i), f64::from(i * i) * 0.03, 0.2]).collect()),
-        ("a regular grid", grid.collect()),
-        ("two heaps", [vec![[0.0; 3]; 20], vec![[0.2, 0.0, 0.0]; 20]].concat()),
-    ]
-}
-
-pub(crate) fn degenerate_clouds_give_finite_trajectories_and_gradients() {
-    for (name, device) in devices() {
-        let tracked = device.clone().autodiff();
-        let config = small();
-        for (what, points) in degenerate_clouds() {
-            let mut rng = rng(6000);
-            let net = shaken(config.init(&tracked, &mut rng), 0.05, &mut rng);
-            let colors = random_colors(points.len(), &mut rng);
-            let clouds = vec![Cloud { points, colors }; config.decoder.frames];
-            let scenes = [Scene::around(clouds, config.decoder.horizon, &mut rng)];
-            let trajectory = predict_one(&net, &scenes[0], &tracked);
-            for (rotation, position_m) in trajectory.consensus.iter().chain(&trajectory.nodes) {
-                assert!(position_m.iter().all(|value| value.is_finite()), "{name} {what}: {position_m}");
-                let error = rotation.transpose() * rotation - reseflow_lie::Matrix3::identity();
-                assert!(error.norm() < 1e-4, "{name} {what}: not a rotation: {rotation}");
-            }
-            assert!(trajectory.scalars.iter().all(|value| value.is_finite()), "{name} {what}");
-            let gradients = generic_loss(&net, &scenes, &tracked).backward();
-            for (parameter, gradient) in named_gradients(&net, &gradients) {
-                assert!(!gradient.is_empty(), "{name} {what}: no gradient for {parameter}");
-                assert!(gradient.iter().all(|value| value.is_finite()), "{name} {what}: {parameter}");
-            }
-        }
     }
 }
 

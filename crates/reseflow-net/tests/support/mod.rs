@@ -2,6 +2,7 @@
 //!
 //! A device's float type can be set once per process, so there are two suites; each names its own as `crate::FLOAT`.
 
+pub(crate) mod degenerate;
 pub(crate) mod degree_laws;
 pub(crate) mod degree_layers;
 pub(crate) mod features;
@@ -12,6 +13,7 @@ pub(crate) mod layers;
 pub(crate) mod mani_net;
 pub(crate) mod messages;
 pub(crate) mod scene;
+pub(crate) mod statistics;
 pub(crate) mod trajectory;
 pub(crate) mod twists;
 pub(crate) mod weights;

@@ -2,7 +2,7 @@
 
 use burn::tensor::Device;
 use reseflow_lie::{Matrix3, Vector3};
-use reseflow_net::{DriftNet, EncodedScenes, EndpointPrediction, TokenBatch};
+use reseflow_net::{CloudGraph, DriftNet, EncodedScenes, EndpointPrediction, TokenBatch};
 
 use super::scene::Scene;
 use super::world::World;
@@ -70,14 +70,28 @@ fn poses_deviation(still: &[Pose], moved: &[Pose], world: &World) -> [f64; 2] {
     [position_m, rotation]
 }
 
+/// The graphs of `scenes` as the network's configuration has them, `[O][B]`, oldest frame first.
+pub(crate) fn graphs(net: &DriftNet, scenes: &[Scene]) -> Vec<Vec<CloudGraph>> {
+    let config = net.config();
+    let frame =
+        |frame: usize| scenes.iter().map(|scene| scene.clouds[frame].graph(&config.encoder.graph)).collect();
+    (0..config.decoder.frames).map(frame).collect()
+}
+
 /// Encodes every frame of `scenes`, oldest first.
 pub(crate) fn encode(net: &DriftNet, scenes: &[Scene], device: &Device) -> Vec<EncodedScenes> {
-    let frames = 0..net.config().decoder.frames;
-    let encoded = frames.map(|frame| {
-        let graph = |scene: &Scene| scene.clouds[frame].graph(&net.config().encoder.graph);
-        let graphs: Vec<_> = scenes.iter().map(graph).collect();
+    encode_graphs(net, &graphs(net, scenes), scenes, device)
+}
+
+fn encode_graphs(
+    net: &DriftNet,
+    graphs: &[Vec<CloudGraph>],
+    scenes: &[Scene],
+    device: &Device,
+) -> Vec<EncodedScenes> {
+    let encoded = graphs.iter().enumerate().map(|(frame, graphs)| {
         let grippers: Vec<_> = scenes.iter().map(|scene| scene.grippers[frame]).collect();
-        net.encode(&graphs, &grippers, device).expect("the graphs have the network's sizes")
+        net.encode(graphs, &grippers, device).expect("the graphs have the network's sizes")
     });
     encoded.collect()
 }
@@ -88,7 +102,17 @@ pub(crate) fn endpoint(
     scenes: &[Scene],
     device: &Device,
 ) -> (EndpointPrediction, Vec<EncodedScenes>, Vec<[f64; 3]>) {
-    let encoded = encode(net, scenes, device);
+    endpoint_on(net, &graphs(net, scenes), scenes, device)
+}
+
+/// The same on these graphs of the scenes' clouds.
+pub(crate) fn endpoint_on(
+    net: &DriftNet,
+    graphs: &[Vec<CloudGraph>],
+    scenes: &[Scene],
+    device: &Device,
+) -> (EndpointPrediction, Vec<EncodedScenes>, Vec<[f64; 3]>) {
+    let encoded = encode_graphs(net, graphs, scenes, device);
     let states: Vec<_> = scenes.iter().map(Scene::state).collect();
     let context = net.context(&encoded, &states).expect("frames and states go together");
     let noise: Vec<_> = scenes.iter().map(|scene| scene.noise.clone()).collect();
@@ -100,7 +124,17 @@ pub(crate) fn endpoint(
 
 /// The network's trajectories for `scenes`.
 pub(crate) fn predict(net: &DriftNet, scenes: &[Scene], device: &Device) -> Vec<Trajectory> {
-    let (prediction, _, origins_m) = endpoint(net, scenes, device);
+    predict_on(net, &graphs(net, scenes), scenes, device)
+}
+
+/// The same on these graphs of the scenes' clouds.
+pub(crate) fn predict_on(
+    net: &DriftNet,
+    graphs: &[Vec<CloudGraph>],
+    scenes: &[Scene],
+    device: &Device,
+) -> Vec<Trajectory> {
+    let (prediction, _, origins_m) = endpoint_on(net, graphs, scenes, device);
     let horizon = net.config().decoder.horizon;
     let nodes = net.config().encoder.nodes;
     let rotations = values(&prediction.rotations);

@@ -12,7 +12,8 @@ pub struct RolloutConfig {
     pub observation_horizon: usize,
     /// Actions executed before the policy plans again.
     pub n_action_steps: usize,
-    /// The action step before which the object is pushed, if it is.
+    /// The last action step before which the scene is disturbed, if it is; before the task's own step
+    /// ([`TaskSpec::disturb_before`]) where that comes first.
     pub disturb_before: Option<usize>,
     /// Names the policy's random stream.
     pub policy_seed: u64,
@@ -68,9 +69,10 @@ pub fn rollout(
     let mut plan_secs = Vec::new();
     let mut pending: std::collections::VecDeque<Action> = Default::default();
     let mut halt = None;
+    let disturb_before = config.disturb_before.map(|latest| latest.min(spec.disturb_before));
 
     for step in 0..spec.action_steps {
-        if config.disturb_before == Some(step) {
+        if disturb_before == Some(step) {
             scene.disturb(config.policy_seed);
         }
         if step > 0 {

@@ -132,6 +132,6 @@ pub trait Scene {
         None
     }
 
-    /// Pushes the object, for tests of recovery.
+    /// Disturbs the scene by a push, for tests of recovery: the object, or the gripper, is where no plan had it.
     fn disturb(&mut self, seed: u64);
 }

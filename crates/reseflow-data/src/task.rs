@@ -19,6 +19,8 @@ pub struct TaskSpec {
     pub ticks_per_action: usize,
     /// Length of one control tick, nanoseconds.
     pub tick_nanos: i64,
+    /// The action step before which a disturbance matters most: later ones find the work done, or the object held.
+    pub disturb_before: usize,
 }
 
 /// Why a scene could not be set up.

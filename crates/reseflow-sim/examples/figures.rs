@@ -22,6 +22,10 @@ use reseflow_sim::{
 /// Episodes in the measurements that need many runs.
 const SLOW_EPISODES: usize = 100;
 
+/// Plans again every third action step, undisturbed.
+const CLOSED_LOOP: RolloutConfig =
+    RolloutConfig { observation_horizon: 1, n_action_steps: 3, disturb_before: None, policy_seed: 0 };
+
 /// Collects the depth of every contact, metres.
 #[derive(Default)]
 struct Depths(Vec<f64>);
@@ -37,17 +41,20 @@ fn run(
     key: &EpisodeKey,
     policy: Option<Box<dyn Policy>>,
 ) -> Result<(Outcome, Vec<f64>), String> {
+    run_as(task, key, policy, &RolloutConfig { n_action_steps: task.spec().action_steps, ..CLOSED_LOOP })
+}
+
+fn run_as(
+    task: &dyn Task,
+    key: &EpisodeKey,
+    policy: Option<Box<dyn Policy>>,
+    config: &RolloutConfig,
+) -> Result<(Outcome, Vec<f64>), String> {
     let spec = task.spec();
     let mut scene = task.reset(key).map_err(|fault| fault.to_string())?;
     let mut policy = policy.unwrap_or_else(|| scene.expert());
-    let config = RolloutConfig {
-        observation_horizon: 1,
-        n_action_steps: spec.action_steps,
-        disturb_before: None,
-        policy_seed: 0,
-    };
     let mut depths = Depths::default();
-    let record = rollout(scene.as_mut(), &spec, policy.as_mut(), &config, &mut depths)
+    let record = rollout(scene.as_mut(), &spec, policy.as_mut(), config, &mut depths)
         .map_err(|fault| fault.to_string())?;
     Ok((record.outcome, depths.0))
 }
@@ -130,6 +137,37 @@ fn noisy(task: &dyn Task, made: &Generated, sigma_rad: f64, sigma_m: f64) -> Res
     Ok(results.iter().filter(|(outcome, _)| outcome.success).count())
 }
 
+/// Disturbed episodes: the commands of the undisturbed ones replayed, and the expert planning again.
+fn disturbed(task: &dyn Task, made: &Generated) -> Result<(), Box<dyn Error>> {
+    let config = |index: usize, n_action_steps| RolloutConfig {
+        n_action_steps,
+        disturb_before: Some(task.spec().action_steps),
+        policy_seed: index as u64,
+        ..CLOSED_LOOP
+    };
+    let solved = |n_action_steps: usize, replay: bool| -> Result<usize, String> {
+        let outcomes: Vec<bool> = (0..made.keys.len())
+            .into_par_iter()
+            .map(|index| {
+                let stored = || Scripted::new("replay", made.episodes[index].actions.clone());
+                let policy = replay.then(|| Box::new(stored()) as Box<dyn Policy>);
+                let config = config(index, n_action_steps);
+                Ok(run_as(task, &made.keys[index], policy, &config)?.0.success)
+            })
+            .collect::<Result<_, String>>()?;
+        Ok(outcomes.into_iter().filter(|&success| success).count())
+    };
+    println!(
+        "  disturbed before step {}: replay {}/{n}, expert planning every step {}/{n}, every third {}/{n}",
+        task.spec().disturb_before,
+        solved(1, true)?,
+        solved(1, false)?,
+        solved(3, false)?,
+        n = made.keys.len()
+    );
+    Ok(())
+}
+
 /// D̄_geo of the mean trajectory relative to the gripper's first pose.
 fn mean_trajectory_error(episodes: &[Episode]) -> Result<f64, Box<dyn Error>> {
     let start = |episode: &Episode| episode.observations[0].world_from_gripper.inverse();
@@ -209,6 +247,7 @@ fn figures(name: &str, episodes: u64) -> Result<(), Box<dyn Error>> {
             few.episodes.len()
         );
     }
+    disturbed(task, &few)?;
     let still = |key: &EpisodeKey| run(task, key, Some(Box::new(Still)));
     let still: Vec<_> = few.keys.par_iter().map(still).collect::<Result<_, _>>()?;
     println!(

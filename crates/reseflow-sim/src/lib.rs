@@ -13,12 +13,13 @@
 //! # Adding a task
 //!
 //! A module under `tasks` with a setup (everything random, drawn from the key), a scene (a tabletop with a
-//! measure) and an expert (a list of commands), and one line in the registry.
+//! measure) and an expert (a script for the scene as it stands), and one line in the registry.
 
 mod camera;
 mod color;
 mod convert;
 mod error;
+mod expert;
 mod generate;
 mod mesh;
 mod render;

@@ -15,7 +15,7 @@ const TICKS_PER_ACTION: usize = 10;
 pub(crate) const ACTION_STEPS: usize = 10;
 
 /// The specification that all tasks share.
-pub(crate) fn spec(name: &str, description: &str, points: usize) -> TaskSpec {
+pub(crate) fn spec(name: &str, description: &str, points: usize, disturb_before: usize) -> TaskSpec {
     TaskSpec {
         name: name.to_owned(),
         description: description.to_owned(),
@@ -23,6 +23,7 @@ pub(crate) fn spec(name: &str, description: &str, points: usize) -> TaskSpec {
         action_steps: ACTION_STEPS,
         ticks_per_action: TICKS_PER_ACTION,
         tick_nanos: TICK_NANOS,
+        disturb_before,
     }
 }
 

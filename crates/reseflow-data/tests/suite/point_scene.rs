@@ -19,6 +19,7 @@ pub(crate) fn spec(action_steps: usize, ticks_per_action: usize) -> TaskSpec {
         action_steps,
         ticks_per_action,
         tick_nanos: TICK_NANOS,
+        disturb_before: action_steps,
     }
 }
 

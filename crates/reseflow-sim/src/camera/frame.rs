@@ -6,6 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use reseflow_data::PointCloud;
 
 use super::depth::{self, Hit, depth_image};
+use super::rays::PixelRays;
 use super::select::{self, Selection};
 use super::{Camera, CameraSettings, is_salient};
 use crate::world::{Role, World};
@@ -16,7 +17,7 @@ const COLOR_NOISE: i16 = 2;
 /// A pixel that sees a surface.
 #[derive(Clone, Copy)]
 struct Sight<'a> {
-    camera: &'a Camera,
+    rays: &'a PixelRays,
     hit: Hit,
     color: [u8; 3],
 }
@@ -24,8 +25,7 @@ struct Sight<'a> {
 impl Sight<'_> {
     /// Where the surface is that the pixel would see at `depth` along the view.
     fn point_at(&self, depth: f64) -> [f32; 3] {
-        let ray = Vector3::from(self.camera.ray(self.hit.column, self.hit.row));
-        let point = self.camera.world_from_camera.act(&(ray * depth));
+        let point = self.rays.point_at(self.hit.column, self.hit.row, depth);
         [point.x as f32, point.y as f32, point.z as f32]
     }
 
@@ -54,8 +54,10 @@ pub(crate) fn observe<R: Rng>(
     rng: &mut R,
 ) -> PointCloud {
     let second = settings.second_view_rad.map(|angle| camera.turned_about_table(angle));
-    let views = std::iter::once(camera).chain(second.as_ref());
-    let sights: Vec<Sight> = views.flat_map(|view| sights(view, settings, world)).collect();
+    let views: Vec<(&Camera, PixelRays)> =
+        std::iter::once(camera).chain(second.as_ref()).map(|view| (view, PixelRays::new(view))).collect();
+    let sights: Vec<Sight> =
+        views.iter().flat_map(|(view, rays)| sights(view, rays, settings, world)).collect();
 
     let mut candidates = PointCloud::default();
     let mut salient = Vec::new();
@@ -80,15 +82,20 @@ pub(crate) fn observe<R: Rng>(
 }
 
 /// Every pixel of a view that sees something which is not masked.
-fn sights<'a>(camera: &'a Camera, settings: &CameraSettings, world: &World) -> Vec<Sight<'a>> {
+fn sights<'a>(
+    camera: &Camera,
+    rays: &'a PixelRays,
+    settings: &CameraSettings,
+    world: &World,
+) -> Vec<Sight<'a>> {
     // Rays that meet the table alone give points that the crop would drop: they need not be cast.
     let wants_table = settings.crop_below_m.is_none();
     let parts: Vec<_> = world.parts().filter(|(part, _)| wants_table || part.role != Role::Table).collect();
-    let shapes: Vec<_> = parts.iter().map(|(part, pose)| (part.ray_shape.as_ref(), **pose)).collect();
-    depth_image(camera, &shapes)
+    let surfaces: Vec<_> = parts.iter().map(|(part, pose)| (&part.surface, **pose)).collect();
+    depth_image(camera, rays, &surfaces)
         .into_iter()
         .filter(|hit| !(settings.mask_gripper && parts[hit.index].0.role == Role::Gripper))
-        .map(|hit| Sight { camera, hit, color: parts[hit.index].0.color })
+        .map(|hit| Sight { rays, hit, color: parts[hit.index].0.color })
         .collect()
 }
 

@@ -5,8 +5,12 @@
 //! no part of the tasks.
 
 mod depth;
+mod farthest;
 mod frame;
+mod outline;
+mod rays;
 mod select;
+mod surface;
 
 use nalgebra::{Matrix3, Vector3};
 use rand::{Rng, RngExt};
@@ -16,6 +20,7 @@ use crate::color::saturation_and_value;
 
 pub(crate) use frame::observe;
 pub use select::Selection;
+pub(crate) use surface::Surface;
 
 /// Where colours count as salient: printed marks stand out, wood, metal and the table do not.
 const SALIENT_SATURATION: f64 = 0.55;
@@ -125,13 +130,6 @@ impl Camera {
         camera.center_px[0] += within(2.0);
         camera.center_px[1] += within(2.0);
         camera
-    }
-
-    /// The ray through pixel (column, row), camera frame: depth along the view is 1.
-    fn ray(&self, column: usize, row: usize) -> [f64; 3] {
-        let x = (column as f64 + 0.5 - self.center_px[0]) / self.focal_px;
-        let y = (row as f64 + 0.5 - self.center_px[1]) / self.focal_px;
-        [x, y, 1.0]
     }
 
     /// This camera carried about the vertical through the table's middle, radians, counter-clockwise seen from above.

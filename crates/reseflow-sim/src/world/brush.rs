@@ -14,8 +14,8 @@ use rapier3d::prelude::{
 };
 use reseflow_data::{Contact, Shape};
 
+use crate::camera::Surface;
 use crate::convert::vector3;
-use crate::mesh::ray_shape;
 use crate::world::gripper::{MAX_GAP_M, TIP_BEYOND_ORIGIN_M};
 use crate::world::{Object, Role, World};
 
@@ -116,6 +116,11 @@ impl Brush {
         self.touches.append(&mut self.unfinished);
         self.latest = self.touch(physics, objects);
         self.compressions_m.push(self.latest.map_or(0.0, |touch| touch.compression_m));
+    }
+
+    /// The handle.
+    pub(super) fn body(&self) -> RigidBodyHandle {
+        self.body
     }
 
     /// Every touch so far, one for each physics step in which there was one.
@@ -219,8 +224,8 @@ impl World {
         match self.parts.iter_mut().find(|part| part.name == name) {
             Some(part) => {
                 // Without a triangle there is nothing new to see.
-                let Some(ray_shape) = ray_shape(&shape) else { return };
-                (part.shape, part.ray_shape) = (shape, ray_shape);
+                let Some(surface) = Surface::new(&shape) else { return };
+                (part.shape, part.surface) = (shape, surface);
             }
             None => self.add_object_part(name, object, shape, color),
         }

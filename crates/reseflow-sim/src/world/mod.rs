@@ -9,15 +9,14 @@ pub(crate) mod settings;
 
 use glamx::{Pose3, Vec3};
 use nalgebra::Vector3;
-use parry3d::shape::SharedShape;
 use rapier3d::prelude::{
     CoefficientCombineRule, Collider, ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
 };
 use reseflow_data::{Action, Contact, Halt, SceneBody, Shape};
 use reseflow_lie::SE3;
 
+use crate::camera::Surface;
 use crate::convert::{pose_from_se3, se3_from_pose, vec3};
-use crate::mesh::ray_shape;
 use brush::Brush;
 use gripper::Gripper;
 use settings::PhysicsSettings;
@@ -51,7 +50,7 @@ pub(crate) struct Part {
     pub(crate) name: String,
     pub(crate) role: Role,
     pub(crate) shape: Shape,
-    pub(crate) ray_shape: SharedShape,
+    pub(crate) surface: Surface,
     pub(crate) color: [u8; 3],
     body: RigidBodyHandle,
     body_from_part: Pose3,
@@ -183,9 +182,9 @@ impl World {
         color: [u8; 3],
     ) {
         // A mesh that no ray can be cast at (no triangle) cannot be seen either.
-        let Some(ray_shape) = ray_shape(&shape) else { return };
+        let Some(surface) = Surface::new(&shape) else { return };
         self.snapshot.world_from_part.push(*self.physics.bodies[body].position() * body_from_part);
-        self.parts.push(Part { name: name.to_owned(), role, shape, ray_shape, color, body, body_from_part });
+        self.parts.push(Part { name: name.to_owned(), role, shape, surface, color, body, body_from_part });
     }
 
     fn name_body(&mut self, body: RigidBodyHandle, name: &str) {
@@ -298,6 +297,21 @@ impl World {
         let body = &mut self.physics.bodies[self.objects[object.0]];
         body.apply_impulse(vec3(&impulse_n_s), true);
         body.apply_torque_impulse(Vec3::Z * yaw_impulse_nm_s as f32, true);
+    }
+
+    /// Knocks the gripper: impulses that give all of it, and what it carries, a velocity in its own frame, m/s.
+    pub(crate) fn knock(&mut self, velocity_m_s: Vector3<f64>) {
+        let velocity = *self.physics.bodies[self.gripper.palm].rotation() * vec3(&velocity_m_s);
+        for body in self.robot_bodies() {
+            let body = &mut self.physics.bodies[body];
+            body.apply_impulse(velocity * body.mass(), true);
+        }
+    }
+
+    /// Palm, fingers, and the brush where there is one.
+    fn robot_bodies(&self) -> impl Iterator<Item = RigidBodyHandle> + use<> {
+        let [left, right] = self.gripper.fingers;
+        [self.gripper.palm, left, right].into_iter().chain(self.brush.as_ref().map(Brush::body))
     }
 
     /// What touches what.

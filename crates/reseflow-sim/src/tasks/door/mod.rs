@@ -22,6 +22,8 @@ pub use setup::{DoorSetup, HingeSide};
 pub(crate) const NAME: &str = "door";
 /// Points per cloud, the paper's.
 const POINTS: usize = 128;
+/// A disturbance comes when the fingers have closed on the handle and the door moves.
+const DISTURB_BEFORE: usize = 4;
 
 /// The door-opening task.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -43,7 +45,7 @@ impl Task for DoorTask {
     fn spec(&self) -> TaskSpec {
         let description = "Grasp the handle bar of the cabinet's door and swing the door open by at least 50 degrees, \
                            moving it by touch alone.";
-        tabletop::spec(NAME, description, POINTS)
+        tabletop::spec(NAME, description, POINTS, DISTURB_BEFORE)
     }
 
     fn reset(&self, key: &EpisodeKey) -> Result<Box<dyn Scene>, TaskError> {

@@ -28,6 +28,8 @@ pub use stroke::Stroke;
 pub(crate) const NAME: &str = "painting";
 /// Points per cloud, the paper's.
 const POINTS: usize = 256;
+/// A disturbance comes while the brush is over the board, before it touches.
+const DISTURB_BEFORE: usize = 1;
 
 /// The painting task.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -52,7 +54,7 @@ impl Task for PaintingTask {
     fn spec(&self) -> TaskSpec {
         let description = "Paint along the stroke that is printed on the tilted board, from the disc where it begins, so \
                            that paint covers 90 % of it to 10 mm and hardly any lies beyond 15 mm.";
-        tabletop::spec(NAME, description, POINTS)
+        tabletop::spec(NAME, description, POINTS, DISTURB_BEFORE)
     }
 
     fn reset(&self, key: &EpisodeKey) -> Result<Box<dyn Scene>, TaskError> {

@@ -1,6 +1,6 @@
 //! A running painting scene: the board, the brush, the wet paint, the judge.
 
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -10,11 +10,12 @@ use rapier3d::prelude::RigidBodyBuilder;
 use reseflow_data::{
     Action, EpisodeKey, Halt, Observation, Outcome, Policy, Scene, SceneBody, TaskError, Tick,
 };
+use reseflow_lie::SE3;
 
 use super::paint::WetPaint;
 use super::setup::PaintingSetup;
 use super::{NAME, POINTS, PaintingTask, board, expert};
-use crate::scripted::Scripted;
+use crate::expert::{Expert, Glance, Watch};
 use crate::tabletop::Tabletop;
 use crate::world::{Object, World};
 
@@ -37,6 +38,7 @@ pub(super) struct PaintingScene {
     setup: PaintingSetup,
     board: Object,
     paint: WetPaint,
+    watch: Watch,
 }
 
 impl PaintingScene {
@@ -67,7 +69,7 @@ impl PaintingScene {
 
         let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), POINTS);
         let paint = WetPaint::new(setup.stroke.clone());
-        Ok(Self { table, setup, board, paint })
+        Ok(Self { table, setup, board, paint, watch: Watch::new(world_from_board) })
     }
 
     /// Lets the paint show that the brush has left since the last time.
@@ -89,6 +91,8 @@ impl Scene for PaintingScene {
         let mut tick = self.table.tick(command, |_| 0.0)?;
         self.show_paint();
         tick.measure = self.paint.covered_share();
+        let object = self.table.world.world_from_object(self.board);
+        self.watch.set(Glance { object, ..self.watch.get() });
         Ok(tick)
     }
 
@@ -109,15 +113,20 @@ impl Scene for PaintingScene {
     }
 
     fn expert(&self) -> Box<dyn Policy> {
-        Box::new(Scripted::new("expert", expert::commands(&self.setup)))
+        let setup = self.setup.clone();
+        Box::new(Expert::new(
+            self.watch.clone(),
+            expert::TOLERANCE,
+            move |glance: &Glance, _: &SE3, steps| expert::script(&setup, &glance.object, steps),
+        ))
     }
 
     fn disturb(&mut self, seed: u64) {
-        // At 0.3 m/s at most, friction stops the board after a centimetre.
+        // Away from the brush, to the back: friction stops the board after about three centimetres.
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let direction: f64 = rng.random_range(0.0..TAU);
-        let speed_m_s: f64 = rng.random_range(0.2..=0.3);
+        let direction = self.setup.yaw_rad + PI + rng.random_range(-1.0..=1.0);
+        let speed_m_s: f64 = rng.random_range(0.45..=0.52);
         let impulse = Vector3::new(direction.cos(), direction.sin(), 0.0) * (board::MASS_KG * speed_m_s);
-        self.table.world.push(self.board, impulse, 0.0);
+        self.table.world.push(self.board, impulse, rng.random_range(-0.05..=0.05));
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! One pad lies on the coloured corner's edge, the other flat on the face opposite; friction holds. Done when the prism
 //! has turned about the vertical by the goal ± 0.1 rad, counter-clockwise seen from above, its centre is within 3 cm of where
-//! it was, and it is not tipped over (0.3 rad: held between the pads it tilts with the gripper). Each goal is a task of its
+//! it was, and it is not tipped over (0.3 rad: held between the pads it tilts with the gripper). A shove moves the task along: what
+//! counts is where it left the prism when the gripper next touched it. Each goal is a task of its
 //! own; `coin_toss` is done by a quarter turn to either side.
 
 mod expert;
@@ -22,6 +23,8 @@ pub use setup::TriangleSetup;
 
 /// Points per cloud, the paper's.
 const POINTS: usize = 100;
+/// A disturbance comes while the gripper is over the prism, before it goes down.
+const DISTURB_BEFORE: usize = 1;
 
 /// The rotating-triangle task.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -51,7 +54,7 @@ impl Task for TriangleTask {
              within 3 cm.",
             self.goal.wording()
         );
-        tabletop::spec(self.goal.task_name(), &description, POINTS)
+        tabletop::spec(self.goal.task_name(), &description, POINTS, DISTURB_BEFORE)
     }
 
     fn reset(&self, key: &EpisodeKey) -> Result<Box<dyn Scene>, TaskError> {

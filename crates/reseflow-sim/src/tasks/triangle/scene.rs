@@ -1,6 +1,6 @@
 //! A running triangle scene: the prism, its measure, its judge.
 
-use std::f64::consts::TAU;
+use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -8,21 +8,21 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rapier3d::prelude::{CoefficientCombineRule, ColliderBuilder, RigidBodyBuilder};
 use reseflow_data::{
-    Action, EpisodeKey, Halt, Observation, Outcome, Policy, Scene, SceneBody, TaskError, Tick,
+    Action, Contact, EpisodeKey, Halt, Observation, Outcome, Policy, Scene, SceneBody, TaskError, Tick,
 };
 use reseflow_lie::{SE3, SO3};
 
 use super::setup::TriangleSetup;
 use super::{POINTS, TriangleGoal, TriangleTask, expert};
 use crate::convert::point3;
+use crate::expert::{Expert, Glance, Script, Watch};
 use crate::mesh::prism;
-use crate::scripted::Scripted;
-use crate::tabletop::Tabletop;
+use crate::tabletop::{ACTION_STEPS, Tabletop};
 use crate::world::{Object, World};
 
 /// The prism's height, metres.
 pub(super) const HEIGHT_M: f64 = 0.025;
-const DENSITY_KG_M3: f32 = 1200.0;
+pub(super) const DENSITY_KG_M3: f64 = 1200.0;
 const FRICTION: f32 = 0.4;
 /// The coloured corner takes up this share of the median through it.
 const CORNER_SHARE: f64 = 0.45;
@@ -39,7 +39,11 @@ pub(super) struct TriangleScene {
     /// The expert's turn, radians.
     turn_rad: f64,
     triangle: Object,
+    /// Where it was when the task began: at the start, or where a shove has left it.
     start: SE3,
+    /// Set by a shove, until the gripper touches the prism again.
+    shoved: bool,
+    watch: Watch,
 }
 
 impl TriangleScene {
@@ -68,7 +72,7 @@ impl TriangleScene {
             .collect();
         let collider = ColliderBuilder::convex_hull(&hull)
             .ok_or_else(|| fault("expected a triangle of positive size, got one without volume"))?
-            .density(DENSITY_KG_M3)
+            .density(DENSITY_KG_M3 as f32)
             .friction(FRICTION)
             .friction_combine_rule(CoefficientCombineRule::Max);
         let body = RigidBodyBuilder::dynamic().can_sleep(false);
@@ -84,8 +88,33 @@ impl TriangleScene {
         world.add_object_part("triangle_corner", triangle, corner, setup.corner_color);
 
         let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), POINTS);
-        Ok(Self { table, setup, goal: task.goal, turn_rad: task.goal.turn_rad(key), triangle, start })
+        Ok(Self {
+            table,
+            setup,
+            goal: task.goal,
+            turn_rad: task.goal.turn_rad(key),
+            triangle,
+            start,
+            shoved: false,
+            watch: Watch::new(start),
+        })
     }
+}
+
+impl TriangleScene {
+    /// What writes the script of an expert that turns by `turn_rad`.
+    fn writer(&self, turn_rad: f64) -> impl Fn(&Glance, &SE3, usize) -> Option<Script> + use<> {
+        let radius_m = self.setup.circumradius_m();
+        move |glance, world_from_gripper, steps| {
+            expert::script(glance, world_from_gripper, steps, radius_m, turn_rad)
+        }
+    }
+}
+
+/// Whether the gripper touches the prism.
+fn gripper_touches_triangle(contacts: &[Contact]) -> bool {
+    // The names of a contact are sorted.
+    contacts.iter().any(|contact| contact.body_a.starts_with("gripper") && contact.body_b == "triangle")
 }
 
 /// How far the prism's yaw is from its start, radians, on the goal's branch.
@@ -102,7 +131,14 @@ impl Scene for TriangleScene {
 
     fn tick(&mut self, command: &Action) -> Result<Tick, Halt> {
         let (triangle, start, goal) = (self.triangle, self.start, self.goal);
-        self.table.tick(command, |world| turned_rad(world, triangle, &start, goal))
+        let tick = self.table.tick(command, |world| turned_rad(world, triangle, &start, goal))?;
+        let object = self.table.world.world_from_object(triangle);
+        self.shoved &= !gripper_touches_triangle(&tick.contacts);
+        if self.shoved {
+            self.start = object;
+        }
+        self.watch.set(Glance { start: self.start, object });
+        Ok(tick)
     }
 
     fn bodies(&self) -> Vec<SceneBody> {
@@ -122,20 +158,25 @@ impl Scene for TriangleScene {
     }
 
     fn expert(&self) -> Box<dyn Policy> {
-        Box::new(Scripted::new("expert", expert::commands(&self.setup, self.turn_rad)))
+        Box::new(Expert::new(self.watch.clone(), expert::TOLERANCE, self.writer(self.turn_rad)))
     }
 
     fn alternative(&self) -> Option<Vec<SE3>> {
         let turn_rad = self.goal.other_turn_rad(self.turn_rad)?;
-        let commands = expert::commands(&self.setup, turn_rad);
-        Some(commands.into_iter().map(|command| command.world_from_gripper).collect())
+        let script = self.writer(turn_rad)(&self.watch.get(), &self.setup.world_from_gripper, ACTION_STEPS)?;
+        Some(script.actions.into_iter().map(|command| command.world_from_gripper).collect())
     }
 
     fn disturb(&mut self, seed: u64) {
-        // At most about 0.3 m/s and 3 rad/s for a free prism of some 70 g: it slides by a centimetre.
+        // Out from between the fingers, along the pads, towards the table's middle: friction stops it after about 8 cm.
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let direction: f64 = rng.random_range(0.0..TAU);
-        let impulse = Vector3::new(direction.cos(), direction.sin(), 0.0) * rng.random_range(0.010..=0.020);
-        self.table.world.push(self.triangle, impulse, rng.random_range(-4e-5..=4e-5));
+        let aside = SO3::exp(&(Vector3::z() * FRAC_PI_2)).act(&self.start.rotation.act(&Vector3::x()));
+        let inwards = if aside.dot(&self.start.translation) > 0.0 { -aside } else { aside };
+        let direction = SO3::exp(&(Vector3::z() * rng.random_range(-0.3..=0.3))).act(&inwards);
+        let speed_m_s: f64 = rng.random_range(0.78..=0.86);
+        let mass_kg = self.setup.mass_kg();
+        let yaw_impulse_nm_s = rng.random_range(-4e-4..=4e-4) * mass_kg;
+        self.table.world.push(self.triangle, direction * (mass_kg * speed_m_s), yaw_impulse_nm_s);
+        self.shoved = true;
     }
 }

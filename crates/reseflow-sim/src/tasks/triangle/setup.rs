@@ -7,6 +7,7 @@ use rand::RngExt;
 use reseflow_data::{EpisodeKey, Split};
 use reseflow_lie::{SE3, SO3};
 
+use super::scene::{DENSITY_KG_M3, HEIGHT_M};
 use crate::camera::Camera;
 use crate::tasks::draws;
 use crate::world::gripper;
@@ -69,16 +70,21 @@ impl TriangleSetup {
         }
     }
 
+    /// The prism's mass, kilograms.
+    pub(super) fn mass_kg(&self) -> f64 {
+        DENSITY_KG_M3 * HEIGHT_M * 0.25 * 3.0_f64.sqrt() * self.side_m * self.side_m
+    }
+
     /// From the centre to a corner, metres.
     pub(super) fn circumradius_m(&self) -> f64 {
         self.side_m / 3.0_f64.sqrt()
     }
+}
 
-    /// The yaw of the grasp: closing along the median through the coloured corner, the half-turn nearest to the start.
-    pub(super) fn grasp_yaw_rad(&self) -> f64 {
-        let start = gripper_yaw(&self.world_from_gripper);
-        start + half_turn_difference(start, self.yaw_rad)
-    }
+/// The yaw of the grasp: closing along the median with direction `median_rad`, the half-turn nearest to the gripper's.
+pub(super) fn grasp_yaw_rad(world_from_gripper: &SE3, median_rad: f64) -> f64 {
+    let start = gripper_yaw(world_from_gripper);
+    start + half_turn_difference(start, median_rad)
 }
 
 /// The gripper pointing straight down with its closing direction at `yaw_rad` from the world's x axis.
@@ -124,7 +130,7 @@ mod tests {
             assert!((setup.side_m / NOMINAL_SIDE_M - 1.0).abs() <= 0.15 + 1e-12);
             let start = gripper_yaw(&setup.world_from_gripper);
             assert!(distance_to_boundary(start, setup.yaw_rad) >= BOUNDARY_MARGIN_RAD);
-            let turn = (setup.grasp_yaw_rad() - start).abs();
+            let turn = (grasp_yaw_rad(&setup.world_from_gripper, setup.yaw_rad) - start).abs();
             assert!(turn <= FRAC_PI_2 - BOUNDARY_MARGIN_RAD + 1e-12);
             let wide = TriangleSetup::draw(&key(Split::Wide, index));
             assert!(wide.center_m.iter().any(|c| c.abs() > 0.15));
@@ -136,7 +142,7 @@ mod tests {
     fn the_grasp_lies_on_the_median_through_the_corner() {
         for index in 0..100 {
             let setup = TriangleSetup::draw(&key(Split::Test, index));
-            let off = (setup.grasp_yaw_rad() - setup.yaw_rad).sin();
+            let off = (grasp_yaw_rad(&setup.world_from_gripper, setup.yaw_rad) - setup.yaw_rad).sin();
             assert!(off.abs() < 1e-12);
         }
     }

@@ -21,6 +21,8 @@ use reseflow_sim::{
 
 /// Episodes in the measurements that need many runs.
 const SLOW_EPISODES: usize = 100;
+/// Worlds that are alive at once where their memory is measured.
+const WORLDS: u64 = 300;
 
 /// Plans again every third action step, undisturbed.
 const CLOSED_LOOP: RolloutConfig =
@@ -214,9 +216,38 @@ fn wild(task: &dyn Task, episodes: u64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// A line of what Linux says about this process's memory, kilobytes.
+fn memory_kb(field: &str) -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with(field))?;
+    line.split_whitespace().nth(1)?.parse().ok()
+}
+
+/// What one more running world takes, as the mean over many that are alive at once.
+fn memory_of_a_world(task: &dyn Task) -> Result<(), Box<dyn Error>> {
+    let before = memory_kb("VmRSS:");
+    let name = task.spec().name;
+    let mut scenes = Vec::new();
+    for index in 0..WORLDS {
+        let mut scene =
+            task.reset(&EpisodeKey { task: name.clone(), split: Split::Train, seed: 3, index, attempt: 0 })?;
+        let first = scene.observe();
+        let command = Action { world_from_gripper: first.world_from_gripper, opening: first.gripper_opening };
+        for _ in 0..10 {
+            scene.tick(&command).map_err(|halt| halt.to_string())?;
+        }
+        scenes.push(scene);
+    }
+    if let (Some(before), Some(after)) = (before, memory_kb("VmRSS:")) {
+        println!("  memory of a world: {} kB", after.saturating_sub(before) / WORLDS);
+    }
+    Ok(())
+}
+
 fn figures(name: &str, episodes: u64) -> Result<(), Box<dyn Error>> {
     let task = task(name).ok_or_else(|| format!("no task `{name}`, expected one of {:?}", tasks()))?;
     let task = task.as_ref();
+    memory_of_a_world(task)?;
     let coarse = expert(task, "", Split::Test, episodes)?;
     expert(task, "", Split::Wide, episodes)?;
     halved(name, &coarse[..coarse.len().min(SLOW_EPISODES)])?;
@@ -266,10 +297,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         names = tasks().iter().map(|name| (*name).to_owned()).collect();
     }
     names.iter().try_for_each(|name| figures(name, episodes))?;
-    // The most memory that was ever in use, as Linux counts it.
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    if let Some(peak) = status.lines().find(|line| line.starts_with("VmHWM")) {
-        println!("memory: {}", peak.trim_start_matches("VmHWM:").trim());
+    if let Some(peak) = memory_kb("VmHWM:") {
+        println!("the most memory that was ever in use: {peak} kB");
     }
     Ok(())
 }

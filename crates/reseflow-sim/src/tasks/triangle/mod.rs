@@ -2,9 +2,9 @@
 //!
 //! One pad lies on the coloured corner's edge, the other flat on the face opposite; friction holds. Done when the prism
 //! has turned about the vertical by the goal ± 0.1 rad, counter-clockwise seen from above, its centre is within 3 cm of where
-//! it was, and it is not tipped over (0.3 rad: held between the pads it tilts with the gripper). A shove moves the task along: what
-//! counts is where it left the prism when the gripper next touched it. Each goal is a task of its
-//! own; `coin_toss` is done by a quarter turn to either side.
+//! it was, and it is not tipped over (0.3 rad: held between the pads it tilts with the gripper). A shove moves the task along:
+//! what counts then is where the prism lay when the gripper next touched it. Each goal is a task of its own; `coin_toss` is
+//! done by a quarter turn to either side.
 
 mod expert;
 mod goal;

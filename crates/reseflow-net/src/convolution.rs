@@ -6,12 +6,12 @@
 
 use burn::module::Module;
 use burn::nn::Linear;
-use burn::tensor::activation::silu;
 use burn::tensor::{Device, Tensor};
 use rand::Rng;
 
 use crate::init::linear;
 use crate::message::fused;
+use crate::silu::silu;
 use crate::{EdgeTensors, Features};
 
 /// Sizes of a [`Convolution`].

@@ -4,10 +4,10 @@
 use burn::module::Module;
 use burn::nn::Linear;
 use burn::tensor::Device;
-use burn::tensor::activation::silu;
 use rand::Rng;
 
 use crate::init::linear;
+use crate::silu::silu;
 use crate::{Features, cross, dot};
 
 /// Softens ‖v‖ at zero.

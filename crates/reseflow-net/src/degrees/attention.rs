@@ -9,6 +9,7 @@ use burn::tensor::activation::softmax;
 use burn::tensor::{Device, Tensor};
 use rand::Rng;
 
+use super::edge_message::fused;
 use super::{
     EdgeFrames, EdgeProduct, FiberFeatures, FiberLinear, FiberLinearConfig, RadialMlp, RadialMlpConfig,
     UniformFiber,
@@ -86,9 +87,8 @@ impl NeighborAttention {
     /// - `features`: P points, the input's fiber
     /// - output: P points, the output's fiber
     pub fn forward(&self, features: &FiberFeatures, edges: &EdgeFrames) -> FiberFeatures {
-        let weights = self.radial.forward(&self.product, edges.edges.radial.clone(), edges.presence.clone());
-        let at_sources = edges.at_sources(features, self.product.input.max_degree);
-        let mut messages = self.product.forward(at_sources, weights);
+        let radial = self.radial.forward(edges.edges.radial.clone(), edges.presence.clone());
+        let mut messages = fused(&self.product, features, radial, self.radial.weight(), edges);
         let (values, keys) = (messages.remove(1), messages.remove(0));
         let [count, rows, channels] = values.dims();
         let (heads, width) = (self.heads, channels / self.heads);

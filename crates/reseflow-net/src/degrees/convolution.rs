@@ -5,6 +5,7 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use rand::Rng;
 
+use super::edge_message::fused;
 use super::{
     EdgeFrames, EdgeHarmonics, EdgeProduct, FiberFeatures, RadialMlp, RadialMlpConfig, UniformFiber,
 };
@@ -43,9 +44,8 @@ impl TensorProductConvolution {
     /// - `sources`: S points, the input's fiber
     /// - output: P points, the output's fiber
     pub fn forward(&self, sources: &FiberFeatures, edges: &EdgeFrames) -> FiberFeatures {
-        let weights = self.edge_weights(edges);
-        let at_sources = edges.at_sources(sources, self.product.input.max_degree);
-        let message = self.product.forward(at_sources, weights).remove(0);
+        let message =
+            fused(&self.product, sources, self.radial_features(edges), self.radial.weight(), edges).remove(0);
         edges.sum_at_receivers(message, self.product.outputs[0].max_degree)
     }
 
@@ -59,7 +59,7 @@ impl TensorProductConvolution {
         edges: &EdgeFrames,
         harmonics: &EdgeHarmonics,
     ) -> FiberFeatures {
-        let weights = Tensor::cat(self.edge_weights(edges), 1);
+        let weights = self.radial_features(edges).matmul(self.radial.weight());
         let messages = self.product.forward_by_paths(sources, &weights, edges, harmonics).remove(0);
         let per_receiver = edges.edges.per_receiver;
         let sum = |message: Tensor<3>| {
@@ -74,9 +74,9 @@ impl TensorProductConvolution {
         FiberFeatures { degrees: messages.into_iter().map(sum).collect() }
     }
 
-    /// Kernel weights of every edge, the mean's weights among them.
-    fn edge_weights(&self, edges: &EdgeFrames) -> Vec<Tensor<2>> {
+    /// What kernel weights are made of, the mean's weights among them, `[E, H]`.
+    fn radial_features(&self, edges: &EdgeFrames) -> Tensor<2> {
         let mean = edges.edges.weights.clone() * edges.presence.clone();
-        self.radial.forward(&self.product, edges.edges.radial.clone(), mean)
+        self.radial.forward(edges.edges.radial.clone(), mean)
     }
 }

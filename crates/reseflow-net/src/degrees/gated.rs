@@ -4,11 +4,12 @@
 use burn::module::Module;
 use burn::nn::Linear;
 use burn::tensor::Device;
-use burn::tensor::activation::{sigmoid, silu};
+use burn::tensor::activation::sigmoid;
 use rand::Rng;
 
 use super::{Fiber, FiberFeatures};
 use crate::init::linear;
+use crate::silu::silu;
 
 /// Sizes of a [`GatedNonlinearity`].
 #[derive(Debug, Clone, PartialEq)]

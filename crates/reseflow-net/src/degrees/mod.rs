@@ -2,6 +2,7 @@
 
 mod attention;
 mod convolution;
+pub mod edge_message;
 mod edge_product;
 mod fiber;
 mod frames;

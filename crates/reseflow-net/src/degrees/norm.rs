@@ -4,9 +4,9 @@
 use burn::module::Module;
 use burn::nn::{LayerNorm, LayerNormConfig};
 use burn::tensor::Device;
-use burn::tensor::activation::silu;
 
 use super::{Fiber, FiberFeatures};
+use crate::silu::silu;
 
 /// Lengths much below this count as zero. Features are of order one; a smaller softness would turn the rounding of a feature that is
 /// nearly zero into a visible error of its direction.

@@ -3,13 +3,13 @@
 
 use burn::module::{Module, Param};
 use burn::nn::{LayerNorm, LayerNormConfig, Linear};
-use burn::tensor::activation::silu;
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::EdgeProduct;
 use crate::init::linear;
+use crate::silu::silu;
 
 /// Sizes of a [`RadialMlp`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,22 +59,19 @@ impl RadialMlpConfig {
 }
 
 impl RadialMlp {
-    /// Kernel weights of every edge for `product`, the one that [`RadialMlpConfig::init`] was given, times `scale`.
+    /// What the last layer makes an edge's kernel weights of, times `scale`: a product with [`Self::weight`] are the weights.
     ///
     /// # Shapes
     /// - `radial`: `[E, R]`
     /// - `scale`: `[E, 1]`
-    /// - output: for each order in turn, `[E, Wₘ]`
-    pub fn forward(&self, product: &EdgeProduct, radial: Tensor<2>, scale: Tensor<2>) -> Vec<Tensor<2>> {
+    /// - output: `[E, H]`
+    pub fn forward(&self, radial: Tensor<2>, scale: Tensor<2>) -> Tensor<2> {
         let hidden = silu(self.first_norm.forward(self.first.forward(radial)));
-        let hidden = silu(self.second_norm.forward(self.second.forward(hidden))) * scale;
-        // The matrix is cut up and not what it makes, which has a row for every edge.
-        let weight = self.weights.weight.val();
-        let mut first = 0;
-        let block = |size: usize| {
-            first += size;
-            hidden.clone().matmul(weight.clone().narrow(1, first - size, size))
-        };
-        product.block_sizes().into_iter().map(block).collect()
+        silu(self.second_norm.forward(self.second.forward(hidden))) * scale
+    }
+
+    /// The last layer, `[H, W]`, for the product that [`RadialMlpConfig::init`] was given.
+    pub fn weight(&self) -> Tensor<2> {
+        self.weights.weight.val()
     }
 }

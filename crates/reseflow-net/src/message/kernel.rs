@@ -7,16 +7,7 @@
 //!
 //! and without vectors at the sources only p₀ s and p₁ d.
 
-use std::ops::{Add, AddAssign, Mul, Sub};
-
-/// f32 or f64.
-pub(super) trait Real:
-    Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + AddAssign
-{
-}
-
-impl Real for f32 {}
-impl Real for f64 {}
+use crate::host::Real;
 
 /// What the kernels read; C channels, E edges of which `per_receiver` end at each receiver, S sources.
 #[derive(Clone, Copy)]

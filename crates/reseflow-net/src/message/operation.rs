@@ -1,6 +1,7 @@
 //! The kernel as an operation of burn's back ends, and its place in the autodiff graph.
 #![expect(deprecated, reason = "burn 0.22 still ships ndarray, and users ask to compare with it")]
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
@@ -12,6 +13,7 @@ use burn::backend::{Autodiff, Backend, Flex, NdArray, TensorMetadata, backend_ex
 use burn::tensor::{DType, TensorData};
 
 use super::kernel::{self, Edges};
+use crate::host::{HostTensors, Lend, Real};
 
 /// What the kernel knows about the edges besides tensors.
 #[derive(Debug, Clone)]
@@ -36,36 +38,46 @@ pub(super) trait MessageOps: Backend {
         vectors: FloatTensor<Self>,
         directions: FloatTensor<Self>,
         layout: EdgeLayout,
-    ) -> FloatTensor<Self> {
-        let device = paths.device();
-        let inputs = [paths, scalars, vectors, directions].map(read::<Self>);
-        let shape = [4, layout.sources.len() / layout.per_receiver, layout.channels];
-        let data = match inputs[0].dtype() {
-            DType::F64 => TensorData::new(kernel::messages(&edges::<f64>(&inputs, &layout)), shape),
-            _ => TensorData::new(kernel::messages(&edges::<f32>(&inputs, &layout)), shape),
-        };
-        Self::float_from_data(data, &device)
+    ) -> FloatTensor<Self>;
+}
+
+impl MessageOps for Flex {
+    fn messages(
+        paths: FloatTensor<Flex>,
+        scalars: FloatTensor<Flex>,
+        vectors: FloatTensor<Flex>,
+        directions: FloatTensor<Flex>,
+        layout: EdgeLayout,
+    ) -> FloatTensor<Flex> {
+        forward::<Flex>(&[paths, scalars, vectors, directions], &layout)
     }
 }
 
-impl MessageOps for Flex {}
-impl MessageOps for NdArray {}
+impl MessageOps for NdArray {
+    fn messages(
+        paths: FloatTensor<NdArray>,
+        scalars: FloatTensor<NdArray>,
+        vectors: FloatTensor<NdArray>,
+        directions: FloatTensor<NdArray>,
+        layout: EdgeLayout,
+    ) -> FloatTensor<NdArray> {
+        forward::<NdArray>(&[paths, scalars, vectors, directions], &layout)
+    }
+}
 
 #[derive(Debug)]
 struct Messages;
 
-impl<B: MessageOps> Backward<B, 3> for Messages {
+impl<B: MessageOps + HostTensors> Backward<B, 3> for Messages {
     type State = ([FloatTensor<B>; 4], EdgeLayout);
 
     fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
         let grad = grads.consume::<B>(&ops.node);
         let (inputs, layout) = ops.state;
         let device = grad.device();
-        let grad = read::<B>(grad);
-        let inputs = inputs.map(read::<B>);
         let computed = match grad.dtype() {
-            DType::F64 => backward::<f64>(&inputs, &layout, &grad),
-            _ => backward::<f32>(&inputs, &layout, &grad),
+            DType::F64 => gradients::<B, f64>(&inputs, &layout, &grad),
+            _ => gradients::<B, f32>(&inputs, &layout, &grad),
         };
         for (parent, data) in ops.parents.into_iter().zip(computed) {
             if let (Some(node), Some(data)) = (parent, data) {
@@ -75,7 +87,7 @@ impl<B: MessageOps> Backward<B, 3> for Messages {
     }
 }
 
-impl<B: MessageOps, C: CheckpointStrategy> MessageOps for Autodiff<B, C> {
+impl<B: MessageOps + HostTensors, C: CheckpointStrategy> MessageOps for Autodiff<B, C> {
     fn messages(
         paths: FloatTensor<Self>,
         scalars: FloatTensor<Self>,
@@ -95,43 +107,42 @@ impl<B: MessageOps, C: CheckpointStrategy> MessageOps for Autodiff<B, C> {
     }
 }
 
-/// A tensor on the host; free of copies where nobody else holds it.
-#[expect(clippy::expect_used, reason = "the tensors of these back ends lie in the host's memory")]
-fn read<B: Backend>(tensor: FloatTensor<B>) -> TensorData {
-    burn::tensor::try_read_sync(B::float_into_data(tensor))
-        .expect("tensors on the host are read at once")
-        .expect("tensors on the host can be read")
+fn forward<B: HostTensors>(inputs: &[FloatTensor<B>; 4], layout: &EdgeLayout) -> FloatTensor<B> {
+    let shape = [4, layout.sources.len() / layout.per_receiver, layout.channels];
+    let data = match inputs[0].dtype() {
+        DType::F64 => TensorData::new(summed::<B, f64>(inputs, layout), shape),
+        _ => TensorData::new(summed::<B, f32>(inputs, layout), shape),
+    };
+    B::float_from_data(data, &inputs[0].device())
 }
 
-#[expect(clippy::expect_used, reason = "all inputs of an operation have one float type")]
-fn floats<F: burn::tensor::Element + 'static>(data: &TensorData) -> &[F] {
-    data.as_slice::<F>().expect("all inputs have one float type")
+fn summed<B: Lend<F>, F: Real>(inputs: &[FloatTensor<B>; 4], layout: &EdgeLayout) -> Vec<F> {
+    let lent = inputs.each_ref().map(B::lend);
+    kernel::messages(&edges(&lent, layout))
 }
 
-fn edges<'a, F: burn::tensor::Element + kernel::Real>(
-    inputs: &'a [TensorData; 4],
-    layout: &'a EdgeLayout,
-) -> Edges<'a, F> {
-    let [paths, scalars, vectors, directions] = inputs;
+fn edges<'a, F: Clone>(lent: &'a [Cow<'a, [F]>; 4], layout: &'a EdgeLayout) -> Edges<'a, F> {
+    let [paths, scalars, vectors, directions] = lent;
     Edges {
         sources: &layout.sources,
         per_receiver: layout.per_receiver,
-        directions: floats(directions),
-        paths: floats(paths),
-        scalars: floats(scalars),
-        vectors: if layout.source_vectors { floats(vectors) } else { &[] },
+        directions,
+        paths,
+        scalars,
+        vectors: if layout.source_vectors { vectors } else { &[] },
         channels: layout.channels,
     }
 }
 
 /// Gradients of paths, scalars and, where they were read, vectors.
-fn backward<F: burn::tensor::Element + kernel::Real>(
-    inputs: &[TensorData; 4],
+fn gradients<B: Lend<F>, F: Real>(
+    inputs: &[FloatTensor<B>; 4],
     layout: &EdgeLayout,
-    grad: &TensorData,
+    grad: &FloatTensor<B>,
 ) -> [Option<TensorData>; 3] {
-    let computed = kernel::messages_backward(&edges::<F>(inputs, layout), floats(grad));
-    let [paths, scalars, vectors] = [0, 1, 2].map(|input| inputs[input].shape().clone());
+    let lent = inputs.each_ref().map(B::lend);
+    let computed = kernel::messages_backward(&edges(&lent, layout), &B::lend(grad));
+    let [paths, scalars, vectors] = [0, 1, 2].map(|input: usize| inputs[input].shape());
     [
         Some(TensorData::new(computed.paths, paths)),
         Some(TensorData::new(computed.scalars, scalars)),

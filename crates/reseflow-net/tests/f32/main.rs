@@ -16,7 +16,9 @@ mod refusals;
 use burn::tensor::FloatDType;
 use reseflow_net::DriftNetConfig;
 use support::scene::{Cloud, Scene};
-use support::{assert_small, degenerate, degree_laws, devices, laws, messages, statistics, twists};
+use support::{
+    assert_small, degenerate, degree_laws, devices, edge_messages, laws, messages, statistics, twists,
+};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F32;
@@ -163,4 +165,14 @@ fn degenerate_clouds_give_a_finite_transformer() {
 #[test]
 fn a_scene_ten_metres_away_gives_the_same_trajectory() {
     degenerate::a_scene_ten_metres_away_gives_the_same_trajectory(1e-3);
+}
+
+#[test]
+fn the_edge_messages_equal_their_composed_form() {
+    edge_messages::the_edge_messages_equal_their_composed_form(1e-5);
+}
+
+#[test]
+fn silu_is_x_over_one_plus_exp_of_minus_x() {
+    edge_messages::silu_is_x_over_one_plus_exp_of_minus_x(3e-7);
 }

@@ -14,7 +14,7 @@ mod finite_differences;
 mod irreps_golden;
 
 use burn::tensor::FloatDType;
-use support::{degenerate, degree_laws, laws, messages, statistics, twists};
+use support::{degenerate, degree_laws, edge_messages, laws, messages, statistics, twists};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F64;
@@ -148,4 +148,14 @@ fn degenerate_clouds_give_a_finite_transformer() {
 #[test]
 fn a_scene_ten_metres_away_gives_the_same_trajectory() {
     degenerate::a_scene_ten_metres_away_gives_the_same_trajectory(1e-9);
+}
+
+#[test]
+fn the_edge_messages_equal_their_composed_form() {
+    edge_messages::the_edge_messages_equal_their_composed_form(1e-12);
+}
+
+#[test]
+fn silu_is_x_over_one_plus_exp_of_minus_x() {
+    edge_messages::silu_is_x_over_one_plus_exp_of_minus_x(1e-14);
 }

@@ -1,0 +1,64 @@
+//! Messages along the edges for features of all degrees, as one operation with its own backward pass.
+//!
+//! Every edge has hundreds to thousands of kernel weights, a linear function of its few radial features. Written with burn's own
+//! operations they are made for all edges, kept for the backward pass and gathered as gradients of the same size: memory traffic that
+//! training waits for. The operation makes them for a few edges at a time, uses them while they lie in the cache, and makes them again
+//! on the way back. [`composed`] is the form by burn's own operations; it says what the operation must compute, and the tests hold the
+//! one against the other.
+
+mod kernel;
+mod layout;
+mod operation;
+
+use burn::backend::Dispatch;
+use burn::tensor::Tensor;
+
+use self::operation::{EdgeMessageOps, Messages};
+use super::{EdgeFrames, EdgeProduct, FiberFeatures};
+
+/// The messages of `product` at every edge, in one pass.
+///
+/// # Shapes
+/// - `sources`: S points, the input's fiber
+/// - `radial`: the radial features of every edge, `[E, H]`
+/// - `weight`: from these to the kernel's weights, `[H, W]`
+/// - output: for each output the components that are not zero, in the edges' frames, `[E, R, C']`
+pub fn fused(
+    product: &EdgeProduct,
+    sources: &FiberFeatures,
+    radial: Tensor<2>,
+    weight: Tensor<2>,
+    edges: &EdgeFrames,
+) -> Vec<Tensor<3>> {
+    let messages = Messages::new(product, edges);
+    let stacked = sources.stacked(product.input.max_degree);
+    let output = <Dispatch as EdgeMessageOps>::edge_messages(
+        stacked.into_dispatch(),
+        radial.into_dispatch(),
+        weight.into_dispatch(),
+        edges.wigner.clone().into_dispatch(),
+        messages,
+    );
+    let output = Tensor::<2>::from_dispatch(output);
+    let [count, _] = output.dims();
+    let mut first = 0;
+    let outputs = product.outputs.iter().map(|fiber| {
+        let rows = product.rows_of(fiber);
+        first += rows * fiber.channels;
+        let part = output.clone().narrow(1, first - rows * fiber.channels, rows * fiber.channels);
+        part.reshape([count, rows, fiber.channels])
+    });
+    outputs.collect()
+}
+
+/// The same by burn's own operations: slow, and plain to read.
+pub fn composed(
+    product: &EdgeProduct,
+    sources: &FiberFeatures,
+    radial: Tensor<2>,
+    weight: Tensor<2>,
+    edges: &EdgeFrames,
+) -> Vec<Tensor<3>> {
+    let weights = product.split(&radial.matmul(weight));
+    product.forward(edges.at_sources(sources, product.input.max_degree), weights)
+}

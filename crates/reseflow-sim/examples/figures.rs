@@ -223,14 +223,20 @@ fn memory_kb(field: &str) -> Option<u64> {
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
-/// What one more running world takes, as the mean over many that are alive at once.
-fn memory_of_a_world(task: &dyn Task) -> Result<(), Box<dyn Error>> {
+/// What one more running world takes, as the mean over many that are alive at once; returns them, so that the next task's
+/// do not get their memory.
+fn memory_of_a_world(name: &str) -> Result<Vec<Box<dyn Scene>>, Box<dyn Error>> {
+    let task = task(name).ok_or_else(|| format!("no task `{name}`, expected one of {:?}", tasks()))?;
     let before = memory_kb("VmRSS:");
-    let name = task.spec().name;
     let mut scenes = Vec::new();
     for index in 0..WORLDS {
-        let mut scene =
-            task.reset(&EpisodeKey { task: name.clone(), split: Split::Train, seed: 3, index, attempt: 0 })?;
+        let mut scene = task.reset(&EpisodeKey {
+            task: name.to_owned(),
+            split: Split::Train,
+            seed: 3,
+            index,
+            attempt: 0,
+        })?;
         let first = scene.observe();
         let command = Action { world_from_gripper: first.world_from_gripper, opening: first.gripper_opening };
         for _ in 0..10 {
@@ -239,15 +245,14 @@ fn memory_of_a_world(task: &dyn Task) -> Result<(), Box<dyn Error>> {
         scenes.push(scene);
     }
     if let (Some(before), Some(after)) = (before, memory_kb("VmRSS:")) {
-        println!("  memory of a world: {} kB", after.saturating_sub(before) / WORLDS);
+        println!("{name}: a running world takes {} kB", after.saturating_sub(before) / WORLDS);
     }
-    Ok(())
+    Ok(scenes)
 }
 
 fn figures(name: &str, episodes: u64) -> Result<(), Box<dyn Error>> {
     let task = task(name).ok_or_else(|| format!("no task `{name}`, expected one of {:?}", tasks()))?;
     let task = task.as_ref();
-    memory_of_a_world(task)?;
     let coarse = expert(task, "", Split::Test, episodes)?;
     expert(task, "", Split::Wide, episodes)?;
     halved(name, &coarse[..coarse.len().min(SLOW_EPISODES)])?;
@@ -296,6 +301,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     if names.is_empty() {
         names = tasks().iter().map(|name| (*name).to_owned()).collect();
     }
+    let worlds = names.iter().map(|name| memory_of_a_world(name)).collect::<Result<Vec<_>, _>>()?;
+    drop(worlds);
     names.iter().try_for_each(|name| figures(name, episodes))?;
     if let Some(peak) = memory_kb("VmHWM:") {
         println!("the most memory that was ever in use: {peak} kB");

@@ -1,15 +1,19 @@
 //! What the network costs at its default size: `cargo bench -p reseflow-net`. `net/degrees.rs` has the layers of all degrees.
+//!
+//! Where a throughput stands, it is in operations (multiplications and additions) per second; `peak_by_matrix_product` in
+//! `net/degrees.rs` is what the machine reaches at most.
 
 #[path = "net/degrees.rs"]
 mod degrees;
 
 use burn::tensor::{Device, Tensor};
+use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reseflow_net::{
-    CloudGraph, DriftNet, DriftNetConfig, EncodedScenes, EndpointPrediction, GraphConfig, GripperState,
-    SceneContext, SceneState, TokenBatch,
+    CloudGraph, DriftNet, DriftNetConfig, EncodedScenes, EncoderConfig, EndpointPrediction, GraphConfig,
+    GripperState, SceneContext, SceneState, TokenBatch,
 };
 
 fn main() {
@@ -27,12 +31,12 @@ fn device(name: &str) -> Device {
     if name == "ndarray" { Device::ndarray() } else { Device::flex() }
 }
 
-/// Points of a cloud.
+/// Points of a cloud, where nothing else is said.
 const POINTS: usize = 100;
 
-fn cloud(rng: &mut ChaCha8Rng) -> (Vec<[f64; 3]>, Vec<[u8; 3]>) {
-    let points = (0..POINTS).map(|_| [(); 3].map(|()| rng.random_range(-0.25..0.25)));
-    (points.collect(), (0..POINTS).map(|_| [255, 128, 0]).collect())
+fn cloud(count: usize, rng: &mut ChaCha8Rng) -> (Vec<[f64; 3]>, Vec<[u8; 3]>) {
+    let points = (0..count).map(|_| [(); 3].map(|()| rng.random_range(-0.25..0.25)));
+    (points.collect(), vec![[255, 128, 0]; count])
 }
 
 fn gripper(rng: &mut ChaCha8Rng) -> GripperState {
@@ -56,12 +60,12 @@ struct Workload {
 
 impl Workload {
     #[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]
-    fn new(device: Device, scenes: usize) -> Workload {
+    fn new(device: Device, scenes: usize, points: usize) -> Workload {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let config = DriftNetConfig::default();
         let (frames, horizon) = (config.decoder.frames, config.decoder.horizon);
         let mut graph = || {
-            let (points, colors) = cloud(&mut rng);
+            let (points, colors) = cloud(points, &mut rng);
             CloudGraph::build(&points, &colors, &config.encoder.graph).expect("the cloud is sound")
         };
         let graphs = (0..frames).map(|_| (0..scenes).map(|_| graph()).collect()).collect();
@@ -93,6 +97,31 @@ impl Workload {
     }
 }
 
+/// Operations of the encoder's matrix products for one frame of one scene.
+fn encoder_operations(points: usize) -> usize {
+    let EncoderConfig { graph, channels, layers, nodes, point_radial, centre_radial } =
+        DriftNetConfig::default().encoder;
+    let product = |rows: usize, inputs: usize, outputs: usize| 2 * rows * inputs * outputs;
+    let GraphConfig { centres, point_neighbors, centre_neighbors } = graph;
+    let convolution = |sources: usize, neighbors: usize, radial: usize, paths: usize| {
+        let edges = centres * neighbors;
+        product(sources, channels, channels)
+            + product(centres, channels, channels)
+            + product(edges, radial, channels)
+            + product(edges, channels, paths * channels)
+    };
+    let interaction =
+        product(3 * centres, channels, 3 * channels) + 2 * product(centres, 3 * channels, 2 * channels);
+    product(points, 3, channels)
+        + product(centres, channels, channels)
+        + product(3 * centres, 5, channels)
+        + convolution(points, point_neighbors, point_radial.count, 2)
+        + layers * convolution(centres, centre_neighbors, centre_radial.count, 5)
+        + (layers + 1) * interaction
+        + product(centres, 2 * channels, nodes)
+        + product(nodes, centres, channels + 3 * (channels + 1))
+}
+
 /// Reads a tensor back, so that no work is left over.
 fn finish<const D: usize>(tensor: Tensor<D>) -> f32 {
     tensor.sum().into_scalar::<f32>()
@@ -100,27 +129,41 @@ fn finish<const D: usize>(tensor: Tensor<D>) -> f32 {
 
 #[divan::bench]
 fn graph_of_a_cloud(bencher: Bencher) {
-    let (points, colors) = cloud(&mut ChaCha8Rng::seed_from_u64(1));
+    let (points, colors) = cloud(POINTS, &mut ChaCha8Rng::seed_from_u64(1));
     let config = GraphConfig::default();
     bencher.bench(|| CloudGraph::build(black_box(&points), &colors, &config));
 }
 
-#[divan::bench(args = DEVICES)]
-fn encode_one_scene(bencher: Bencher, name: &str) {
-    let workload = Workload::new(device(name), 1);
+/// Both frames of one scene.
+#[divan::bench(args = DEVICES, consts = [100, 128, 256, 1024])]
+fn encode<const POINTS: usize>(bencher: Bencher, name: &str) {
+    let workload = Workload::new(device(name), 1, POINTS);
+    let bencher = bencher.counter(ItemsCount::new(2 * encoder_operations(POINTS)));
     bencher.bench(|| workload.encode().into_iter().map(|frame| finish(frame.positions)).sum::<f32>());
+}
+
+/// A batch; a backward pass has two products for each of the forward pass, and the convolutions make theirs again.
+#[divan::bench(args = DEVICES, consts = [100, 128, 256, 1024])]
+fn encode_forward_and_backward<const POINTS: usize>(bencher: Bencher, name: &str) {
+    let workload = Workload::new(device(name).autodiff(), BATCH, POINTS);
+    let bencher = bencher.counter(ItemsCount::new(3 * 2 * BATCH * encoder_operations(POINTS)));
+    bencher.bench(|| {
+        let losses = workload.encode().into_iter().map(|frame| frame.positions.square().sum());
+        losses.reduce(|a, b| a + b).map(|loss| loss.backward())
+    });
 }
 
 #[divan::bench(args = DEVICES, consts = [1, BATCH])]
 fn decode<const SCENES: usize>(bencher: Bencher, name: &str) {
-    let workload = Workload::new(device(name), SCENES);
+    let workload = Workload::new(device(name), SCENES, POINTS);
     let context = workload.context();
     bencher.bench(|| finish(workload.decode(&context).positions_m));
 }
 
+/// Encoder and decoder; the decoder's part is what this takes beyond `encode_forward_and_backward` at as many points.
 #[divan::bench(args = DEVICES)]
 fn forward_and_backward_of_a_batch(bencher: Bencher, name: &str) {
-    let workload = Workload::new(device(name).autodiff(), BATCH);
+    let workload = Workload::new(device(name).autodiff(), BATCH, POINTS);
     bencher.bench(|| {
         let predicted = workload.decode(&workload.context());
         (predicted.positions_m.square().sum() + predicted.rotations.square().sum()).backward()

@@ -27,6 +27,10 @@ pub struct SceneContext {
     pub origins_m: Vec<[f64; 3]>,
     /// Nodes of all frames, scalars `[B·O·K, C]`, vectors with the position as last channel `[3, B·O·K, C + 1]`.
     pub(crate) memory: Features,
+    /// The direction in which the latest frame's gripper closes, `[3, B, 1]`.
+    pub(crate) closing: Tensor<3>,
+    /// Centres of all frames, scalars `[B·O·M, C]`, vectors with the position as last channel `[3, B·O·M, C + 1]`.
+    pub(crate) centres: Features,
     /// Scene-wide features, scalars `[B, D]`, vectors `[3, B, V]`.
     pub(crate) scene: Features,
     /// Scene-wide part of the predicted columns and offsets, `[3, B, 3K]`, or velocities, `[3, B, 2K]`.
@@ -129,6 +133,8 @@ impl ContextEncoder {
         );
         let memory_rows = scenes * self.frames * nodes;
         Ok(SceneContext {
+            centres: centres(frames, &origins_m, &device),
+            closing: closing(states, &device),
             memory: Features {
                 scalars: scalars.reshape([memory_rows, channels]),
                 vectors: vectors.reshape([3, memory_rows, channels + 1]),
@@ -153,6 +159,25 @@ fn shifts(frame: &EncodedScenes, origins_m: &[[f64; 3]], device: &Device) -> Ten
     floats(values, [3, origins_m.len(), 1], device)
 }
 
+/// The centres of all frames, placed relative to the latest centroid.
+fn centres(frames: &[EncodedScenes], origins_m: &[[f64; 3]], device: &Device) -> Features {
+    let scenes = origins_m.len();
+    let (mut scalars, mut vectors) = (Vec::new(), Vec::new());
+    for frame in frames {
+        let ([rows, channels], [_, _, width]) = (frame.centres.scalars.dims(), frame.centres.vectors.dims());
+        let per_scene = rows / scenes;
+        scalars.push(frame.centres.scalars.clone().reshape([scenes, per_scene, channels]));
+        let seen = frame.centres.vectors.clone().reshape([3, scenes, per_scene, width]);
+        let shift = shifts(frame, origins_m, device).reshape([3, scenes, 1, 1]);
+        let placed = seen.clone().narrow(3, width - 1, 1) + shift;
+        vectors.push(Tensor::cat(vec![seen.narrow(3, 0, width - 1), placed], 3));
+    }
+    let (scalars, vectors) = (Tensor::cat(scalars, 1), Tensor::cat(vectors, 2));
+    let ([_, per_scene, channels], [_, _, _, width]) = (scalars.dims(), vectors.dims());
+    let rows = scenes * per_scene;
+    Features { scalars: scalars.reshape([rows, channels]), vectors: vectors.reshape([3, rows, width]) }
+}
+
 /// The grippers of all frames as vectors, `[3, B, 4·O]`.
 fn grippers(states: &[SceneState], origins_m: &[[f64; 3]], device: &Device) -> Tensor<3> {
     let frames = states.first().map_or(0, |state| state.frames.len());
@@ -173,4 +198,16 @@ fn known(states: &[SceneState], device: &Device) -> Tensor<2> {
         .flat_map(|state| state.frames.iter().map(|gripper| gripper.opening).chain(fourier(state.progress)))
         .collect();
     floats(values, [states.len(), width], device)
+}
+
+/// The direction in which the latest gripper closes, `[3, B, 1]`.
+fn closing(states: &[SceneState], device: &Device) -> Tensor<3> {
+    let values = (0..3)
+        .flat_map(|axis| {
+            states
+                .iter()
+                .map(move |state| state.frames.last().map_or(0.0, |gripper| gripper.columns[1][axis]))
+        })
+        .collect();
+    floats(values, [3, states.len(), 1], device)
 }

@@ -20,7 +20,8 @@ use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M};
 use crate::twist::TWIST_WIDTH;
 use crate::{
     EncodedScenes, Features, Interaction, InteractionConfig, InvariantAttention, InvariantAttentionConfig,
-    NetError, SceneContext, SceneState, TokenBatch, TwistPrediction,
+    NetError, PointerAttention, PointerAttentionConfig, SceneContext, SceneState, TokenBatch,
+    TwistPrediction,
 };
 
 /// What the decoder says of the flow.
@@ -56,7 +57,7 @@ pub struct DecoderConfig {
     pub horizon: usize,
     /// Observation frames O.
     pub frames: usize,
-    /// Layers of interaction, self-attention and attention to the nodes.
+    /// Layers of interaction, self-attention and attention to the nodes and centres.
     pub layers: usize,
     /// Scalar channels per token, D.
     pub token_scalars: usize,
@@ -65,6 +66,11 @@ pub struct DecoderConfig {
     /// What is predicted.
     #[serde(skip_serializing_if = "Parameterisation::is_endpoint")]
     pub parameterisation: Parameterisation,
+    /// Whether a trajectory stands for itself and for its half-turn about the approach axes, which a parallel gripper cannot tell
+    /// apart; meant is the one that begins nearer to the gripper, as experts do not turn further than they must.
+    pub half_turn: bool,
+    /// Heads of the attention that points at centres; 0 leaves that attention out.
+    pub pointers: usize,
     /// Nodes K; filled in from the encoder.
     #[serde(skip)]
     pub nodes: usize,
@@ -82,6 +88,8 @@ impl Default for DecoderConfig {
             token_scalars: 64,
             token_vectors: 32,
             parameterisation: Parameterisation::Endpoint,
+            half_turn: false,
+            pointers: 0,
             nodes: 4,
             channels: 32,
         }
@@ -104,6 +112,19 @@ impl DecoderConfig {
                 return Err(NetError::Config(format!("decoder.{key} must be at least 1, got 0")));
             }
         }
+        if self.half_turn && self.parameterisation == Parameterisation::Twist {
+            return Err(NetError::Config(
+                "decoder.half_turn needs decoder.parameterisation = \"endpoint\": a twist has no half-turn"
+                    .to_owned(),
+            ));
+        }
+        let heads = self.pointers.max(1);
+        if !self.token_scalars.is_multiple_of(heads) || !self.token_vectors.is_multiple_of(heads) {
+            return Err(NetError::Config(format!(
+                "decoder.pointers must divide decoder.token_scalars and decoder.token_vectors, got {heads} heads for {} and {}",
+                self.token_scalars, self.token_vectors
+            )));
+        }
         Ok(())
     }
 
@@ -115,6 +136,7 @@ impl DecoderConfig {
             InteractionConfig { scalars: token[0], vectors: token[1], hidden: token[0] + 2 * token[1] };
         let to_self = InvariantAttentionConfig { query: token, memory: token, key: 32 };
         let to_nodes = InvariantAttentionConfig { query: token, memory: node, key: 32 };
+        let to_centres = PointerAttentionConfig { query: token, memory: node, heads: self.pointers, key: 16 };
         Decoder {
             context: ContextEncoder::new(self, device, rng),
             step_embedding: normal([self.horizon, token[0]], 0.3, device, rng),
@@ -122,6 +144,9 @@ impl DecoderConfig {
             vector_input: linear([4, token[1]], 1.0, false, device, rng),
             interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
             self_attention: (0..self.layers).map(|_| to_self.init(device, rng)).collect(),
+            pointers: (0..if self.pointers == 0 { 0 } else { self.layers })
+                .map(|_| to_centres.init(device, rng))
+                .collect(),
             node_attention: (0..self.layers).map(|_| to_nodes.init(device, rng)).collect(),
             poses: linear([token[1], self.parameterisation.vectors() * self.nodes], 0.5, false, device, rng),
             consensus: linear([token[0], self.nodes], 0.5, false, device, rng),
@@ -129,6 +154,7 @@ impl DecoderConfig {
             twists: (self.parameterisation == Parameterisation::Twist)
                 .then(|| linear([token[0], TWIST_WIDTH * self.nodes], 0.5, true, device, rng)),
             nodes: self.nodes,
+            half_turn: self.half_turn,
         }
     }
 }
@@ -143,6 +169,7 @@ pub struct Decoder {
     interactions: Vec<Interaction>,
     self_attention: Vec<InvariantAttention>,
     node_attention: Vec<InvariantAttention>,
+    pointers: Vec<PointerAttention>,
     pub(crate) poses: Linear,
     pub(crate) consensus: Linear,
     pub(crate) opening: Linear,
@@ -150,6 +177,8 @@ pub struct Decoder {
     pub(crate) twists: Option<Linear>,
     #[module(skip)]
     pub(crate) nodes: usize,
+    #[module(skip)]
+    half_turn: bool,
 }
 
 /// The predicted clean trajectory Ĥ¹, relative to the scenes' origins.
@@ -257,17 +286,19 @@ impl Decoder {
             scalars: scalars.reshape([rows, scalar_width]),
             vectors: vectors.reshape([3, rows, vector_width]),
         };
-        for ((interaction, self_attention), node_attention) in
-            self.interactions.iter().zip(&self.self_attention).zip(&self.node_attention)
-        {
+        for (layer, interaction) in self.interactions.iter().enumerate() {
             features = interaction.forward(features);
-            let from_tokens = self_attention.forward(scenes, &features, &features);
-            let from_nodes = node_attention.forward(scenes, &features, &context.memory);
-            features = Features {
-                scalars: features.scalars + from_tokens.scalars + from_nodes.scalars,
-                vectors: features.vectors + from_tokens.vectors + from_nodes.vectors,
+            let from_tokens = self.self_attention[layer].forward(scenes, &features, &features);
+            let from_nodes = self.node_attention[layer].forward(scenes, &features, &context.memory);
+            let from_centres = self
+                .pointers
+                .get(layer)
+                .map(|pointers| pointers.forward(scenes, &features, &context.centres));
+            features = features.plus(from_tokens).plus(from_nodes);
+            if let Some(from_centres) = from_centres {
+                features = features.plus(from_centres);
             }
-            .soft_normalize();
+            features = features.soft_normalize();
         }
         Ok(features)
     }
@@ -290,7 +321,10 @@ impl Decoder {
         .reshape([3, rows, nodes])
         .mul_scalar(OFFSET_SCALE_M);
 
-        let of_nodes = NodePoses { first, second, positions };
+        let mut of_nodes = NodePoses { first, second, positions };
+        if self.half_turn {
+            of_nodes = of_nodes.nearer_half_turn(&context.closing);
+        }
         let (rotations, positions_m) = of_nodes.consensus(&weights);
         let (node_rotations, node_positions_m) = of_nodes.poses();
         EndpointPrediction { rotations, positions_m, openings, node_rotations, node_positions_m, weights }

@@ -61,6 +61,10 @@ impl EncoderConfig {
                 return Err(NetError::Config(format!("encoder.{key} must be at least 1, got 0")));
             }
         }
+        let color_m = self.graph.color_m;
+        if !(color_m.is_finite() && color_m >= 0.0) {
+            return Err(NetError::Config(format!("encoder.graph.color_m must be at least 0, got {color_m}")));
+        }
         for (key, basis) in [("point_radial", self.point_radial), ("centre_radial", self.centre_radial)] {
             if basis.count < 2 || !(basis.max_m.is_finite() && basis.max_m > 0.0) {
                 return Err(NetError::Config(format!(
@@ -120,6 +124,8 @@ pub struct EncodedScenes {
     pub nodes: Features,
     /// Heat maps over the centres, `[B, K, M]`.
     pub heat: Tensor<3>,
+    /// Centre features with the position over the offset scale as last vector, scalars `[B·M, C]`, vectors `[3, B·M, C + 1]`.
+    pub centres: Features,
 }
 
 impl Encoder {
@@ -153,12 +159,13 @@ impl Encoder {
             scalars: features.scalars,
             vectors: Tensor::cat(vec![features.vectors, positions], 2),
         };
-        let nodes = HeatMap::pool(&heat, with_position);
+        let nodes = HeatMap::pool(&heat, with_position.clone());
         EncodedScenes {
             centroids_m: batch.centroids_m.clone(),
             positions: nodes.vectors.clone().narrow(2, channels, 1),
             nodes: Features { scalars: nodes.scalars, vectors: nodes.vectors.narrow(2, 0, channels) },
             heat,
+            centres: with_position,
         }
     }
 }

@@ -15,6 +15,11 @@ pub struct Features {
 }
 
 impl Features {
+    /// The sum of features of the same sizes.
+    pub fn plus(self, other: Self) -> Self {
+        Self { scalars: self.scalars + other.scalars, vectors: self.vectors + other.vectors }
+    }
+
     /// Scales scalars by 1/√(1 + mean s²) and vectors by 1/√(1 + mean ‖v‖²): bounded, smooth at zero, equivariant.
     pub fn soft_normalize(self) -> Self {
         let scalar_rms = self.scalars.clone().square().mean_dim(1).add_scalar(1.0).sqrt();

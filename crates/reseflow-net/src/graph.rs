@@ -18,11 +18,13 @@ pub struct GraphConfig {
     pub point_neighbors: usize,
     /// Centres that send to each centre.
     pub centre_neighbors: usize,
+    /// How far apart, in metres, two colours count that differ by half of a channel's range, when centres are chosen.
+    pub color_m: f64,
 }
 
 impl Default for GraphConfig {
     fn default() -> Self {
-        Self { centres: 32, point_neighbors: 16, centre_neighbors: 12 }
+        Self { centres: 32, point_neighbors: 16, centre_neighbors: 12, color_m: 0.0 }
     }
 }
 
@@ -74,11 +76,12 @@ impl CloudGraph {
         let count = points.len() as f64;
         let centroid_m = [0, 1, 2].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / count);
         let positions_m: Vec<_> = points.iter().map(|point| sub(point, &centroid_m)).collect();
-        let centres = farthest_points(&positions_m, config.centres);
+        let colors: Vec<[f64; 3]> =
+            colors.iter().map(|color| color.map(|value| f64::from(value) / 127.5 - 1.0)).collect();
+        let centres = farthest_points(&positions_m, &colors, config);
         let centre_positions: Vec<_> = centres.iter().map(|&index| positions_m[index]).collect();
         let point_edges = nearest(&centre_positions, &positions_m, config.point_neighbors, false);
         let centre_edges = nearest(&centre_positions, &centre_positions, config.centre_neighbors, true);
-        let colors = colors.iter().map(|color| color.map(|value| f64::from(value) / 127.5 - 1.0)).collect();
         Ok(Self { centroid_m, positions_m, colors, centres, point_edges, centre_edges })
     }
 }
@@ -91,8 +94,10 @@ fn squared_norm(a: &[f64; 3]) -> f64 {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
 
-/// Farthest-point sampling of `count` of the centred `positions`, starting with the one farthest from the origin.
-fn farthest_points(positions: &[[f64; 3]], count: usize) -> Vec<usize> {
+/// Farthest-point sampling among the centred `positions` with their `colors`, starting with the one farthest from the origin.
+fn farthest_points(positions: &[[f64; 3]], colors: &[[f64; 3]], config: &GraphConfig) -> Vec<usize> {
+    let count = config.centres;
+    let color_weight = config.color_m * config.color_m;
     let distinct = count.min(positions.len());
     let mut chosen = Vec::with_capacity(count);
     let mut distance: Vec<f64> = positions.iter().map(squared_norm).collect();
@@ -100,9 +105,11 @@ fn farthest_points(positions: &[[f64; 3]], count: usize) -> Vec<usize> {
     distance.fill(f64::INFINITY);
     for _ in 0..distinct {
         chosen.push(next);
-        let centre = positions[next];
-        for (nearest, position) in distance.iter_mut().zip(positions) {
-            *nearest = nearest.min(squared_norm(&sub(position, &centre)));
+        let (centre, color) = (positions[next], colors[next]);
+        for ((nearest, position), shade) in distance.iter_mut().zip(positions).zip(colors) {
+            let apart =
+                squared_norm(&sub(position, &centre)) + color_weight * squared_norm(&sub(shade, &color));
+            *nearest = nearest.min(apart);
         }
         // A chosen point never comes again, even where points coincide.
         distance[next] = f64::NEG_INFINITY;
@@ -184,7 +191,7 @@ mod tests {
     #[test]
     fn centres_start_at_the_point_farthest_from_the_centroid_and_spread_out() {
         let (points, colors) = line(10);
-        let config = GraphConfig { centres: 3, point_neighbors: 4, centre_neighbors: 2 };
+        let config = GraphConfig { centres: 3, point_neighbors: 4, centre_neighbors: 2, color_m: 0.0 };
         let graph = CloudGraph::build(&points, &colors, &config).unwrap();
         assert_eq!(graph.centres[0], 9);
         assert_eq!(graph.centres[1], 0);
@@ -196,9 +203,22 @@ mod tests {
     }
 
     #[test]
+    fn points_of_another_colour_become_centres_where_colours_count() {
+        let (points, mut colors) = line(10);
+        // The third point is 4 cm from the origin, and green.
+        colors[2] = [0, 255, 0];
+        let chosen = |color_m| {
+            let config = GraphConfig { centres: 4, point_neighbors: 4, centre_neighbors: 2, color_m };
+            CloudGraph::build(&points, &colors, &config).unwrap().centres
+        };
+        assert!(!chosen(0.0).contains(&2), "{:?}", chosen(0.0));
+        assert!(chosen(0.2).contains(&2), "{:?}", chosen(0.2));
+    }
+
+    #[test]
     fn the_envelope_vanishes_at_the_first_point_left_out_and_weights_sum_to_one() {
         let (points, colors) = line(10);
-        let config = GraphConfig { centres: 10, point_neighbors: 4, centre_neighbors: 3 };
+        let config = GraphConfig { centres: 10, point_neighbors: 4, centre_neighbors: 3, color_m: 0.0 };
         let graph = CloudGraph::build(&points, &colors, &config).unwrap();
         for weights in graph.point_edges.weights.chunks(4) {
             assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -209,7 +229,7 @@ mod tests {
 
     #[test]
     fn small_clouds_are_padded_and_degenerate_ones_stay_finite() {
-        let config = GraphConfig { centres: 4, point_neighbors: 3, centre_neighbors: 2 };
+        let config = GraphConfig { centres: 4, point_neighbors: 3, centre_neighbors: 2, color_m: 0.0 };
         for points in [vec![[0.1, 0.2, 0.3]], vec![[1.0, 1.0, 1.0]; 6]] {
             let graph = CloudGraph::build(&points, &vec![[0; 3]; points.len()], &config).unwrap();
             assert_eq!(graph.centres.len(), 4);

@@ -18,7 +18,8 @@ use reseflow_net::{
 
 use super::{BATCH, DEVICES, device, finish, gripper};
 
-const GRAPH: GraphConfig = GraphConfig { centres: 128, point_neighbors: 16, centre_neighbors: 16 };
+const GRAPH: GraphConfig =
+    GraphConfig { centres: 128, point_neighbors: 16, centre_neighbors: 16, color_m: 0.0 };
 const RADIAL: RadialBasis = RadialBasis { count: 8, max_m: 0.3 };
 const RADIAL_MLP: RadialMlpConfig = RadialMlpConfig { radial: RADIAL.count, hidden: 32 };
 const CHANNELS: usize = 8;

@@ -10,6 +10,7 @@
 mod support;
 
 mod checkpoint;
+mod decoder_options;
 mod degree_checkpoint;
 mod refusals;
 

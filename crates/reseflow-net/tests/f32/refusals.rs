@@ -16,7 +16,7 @@ use crate::support::{devices, rng, small};
 #[test]
 fn a_size_that_makes_no_sense_is_named() {
     type Spoil = fn(&mut DriftNetConfig);
-    let cases: [(&str, Spoil); 12] = [
+    let cases: [(&str, Spoil); 16] = [
         ("encoder.graph.centres", |config| config.encoder.graph.centres = 0),
         ("encoder.graph.point_neighbors", |config| config.encoder.graph.point_neighbors = 0),
         ("encoder.graph.centre_neighbors", |config| config.encoder.graph.centre_neighbors = 0),
@@ -29,6 +29,12 @@ fn a_size_that_makes_no_sense_is_named() {
         ("decoder.frames", |config| config.decoder.frames = 0),
         ("decoder.token_scalars", |config| config.decoder.token_scalars = 0),
         ("decoder.token_vectors", |config| config.decoder.token_vectors = 0),
+        ("encoder.graph.color_m", |config| config.encoder.graph.color_m = -0.1),
+        ("encoder.graph.color_m", |config| config.encoder.graph.color_m = f64::NAN),
+        ("decoder.pointers", |config| config.decoder.pointers = 5),
+        ("decoder.half_turn", |config| {
+            (config.decoder.half_turn, config.decoder.parameterisation) = (true, Parameterisation::Twist);
+        }),
     ];
     for (key, spoil) in cases {
         let mut config = DriftNetConfig::default();
@@ -43,12 +49,12 @@ fn a_size_that_makes_no_sense_is_named() {
 fn the_smallest_valid_network_works() {
     let mut config = small();
     let encoder = &mut config.encoder;
-    encoder.graph = GraphConfig { centres: 1, point_neighbors: 1, centre_neighbors: 1 };
+    encoder.graph = GraphConfig { centres: 1, point_neighbors: 1, centre_neighbors: 1, color_m: 0.0 };
     (encoder.channels, encoder.layers, encoder.nodes) = (1, 0, 1);
     encoder.point_radial = RadialBasis { count: 2, max_m: 0.1 };
     let decoder = &mut config.decoder;
     (decoder.horizon, decoder.frames, decoder.layers) = (1, 1, 0);
-    (decoder.token_scalars, decoder.token_vectors) = (1, 1);
+    (decoder.token_scalars, decoder.token_vectors, decoder.pointers) = (1, 1, 1);
     assert_eq!(config.validate(), Ok(()));
     for (name, device) in devices() {
         let net = config.init(&device, &mut rng(71));

@@ -11,7 +11,7 @@ use crate::support::weights::shaken;
 use crate::support::{assert_caught, assert_small, devices, rng, small, values, worse, worst_difference};
 
 /// As many centres as there are far corners, so that a point among them never becomes one.
-const GRAPH: GraphConfig = GraphConfig { centres: 4, point_neighbors: 6, centre_neighbors: 2 };
+const GRAPH: GraphConfig = GraphConfig { centres: 4, point_neighbors: 6, centre_neighbors: 2, color_m: 0.0 };
 
 /// Four far corners of a tetrahedron and a loose heap between them, the last point of which is elsewhere at each `s`.
 struct Passage {

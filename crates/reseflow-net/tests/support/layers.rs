@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use reseflow_lie::SE3;
 use reseflow_net::{
     Convolution, ConvolutionConfig, EncoderConfig, Features, GraphConfig, HeatMap, HeatMapConfig,
-    InteractionConfig, InvariantAttentionConfig, RadialBasis, SceneBatch,
+    InteractionConfig, InvariantAttentionConfig, PointerAttentionConfig, RadialBasis, SceneBatch,
 };
 
 use super::degree_layers::degree_layer_deviations;
@@ -15,7 +15,8 @@ use super::weights::shaken;
 use super::world::World;
 use super::{normals, rng, tensor, values};
 
-pub(crate) const GRAPH: GraphConfig = GraphConfig { centres: 12, point_neighbors: 8, centre_neighbors: 5 };
+pub(crate) const GRAPH: GraphConfig =
+    GraphConfig { centres: 12, point_neighbors: 8, centre_neighbors: 5, color_m: 0.0 };
 pub(crate) const RADIAL: RadialBasis = RadialBasis { count: 6, max_m: 0.3 };
 pub(crate) const CHANNELS: usize = 8;
 
@@ -41,6 +42,7 @@ pub(crate) fn layer_deviations(device: &Device, worlds: &[World], stream: u64) -
         entry("interaction", interaction(device, worlds, &mut rng), true),
         entry("soft normalisation", soft_normalisation(device, worlds, &mut rng), false),
         entry("invariant attention", attention(device, worlds, &mut rng), false),
+        entry("pointer attention", pointer_attention(device, worlds, &mut rng), false),
         entry("heat map", heat_map(device, worlds, &mut rng), false),
         entry("encoder", encoder(device, worlds, &mut rng), true),
     ];
@@ -121,6 +123,17 @@ fn attention(device: &Device, worlds: &[World], rng: &mut ChaCha8Rng) -> f64 {
     let layer = shaken(config.init(device, rng), SHAKE, rng);
     let (scenes, tokens, memory) =
         (3, HostFeatures::random(3 * 4, [9, 5], rng), HostFeatures::random(3 * 6, [7, 6], rng));
+    deviation(worlds, |world| {
+        let memory = memory.moved(world).tensors(device);
+        HostFeatures::of(&layer.forward(scenes, &tokens.moved(world).tensors(device), &memory))
+    })
+}
+
+fn pointer_attention(device: &Device, worlds: &[World], rng: &mut ChaCha8Rng) -> f64 {
+    let config = PointerAttentionConfig { query: [9, 6], memory: [7, 5], heads: 3, key: 4 };
+    let layer = shaken(config.init(device, rng), SHAKE, rng);
+    let (scenes, tokens, memory) =
+        (3, HostFeatures::random(3 * 4, [9, 6], rng), HostFeatures::random(3 * 6, [7, 5], rng));
     deviation(worlds, |world| {
         let memory = memory.moved(world).tensors(device);
         HostFeatures::of(&layer.forward(scenes, &tokens.moved(world).tensors(device), &memory))

@@ -15,7 +15,7 @@ use super::{rng, values};
 /// Degrees 0–2 between the blocks and 0–1 after them; three nodes.
 pub(crate) fn small_mani_net(nonlinearity: Nonlinearity) -> SE3ManiNetConfig {
     SE3ManiNetConfig {
-        graph: GraphConfig { centres: 10, point_neighbors: 6, centre_neighbors: 4 },
+        graph: GraphConfig { centres: 10, point_neighbors: 6, centre_neighbors: 4, color_m: 0.0 },
         transformer: SE3TransformerConfig {
             max_degree: 2,
             channels: 4,

@@ -92,7 +92,7 @@ pub(crate) fn assert_caught(what: &str, error: f64, threshold: f64) {
 pub(crate) fn small() -> DriftNetConfig {
     DriftNetConfig {
         encoder: EncoderConfig {
-            graph: GraphConfig { centres: 10, point_neighbors: 6, centre_neighbors: 4 },
+            graph: GraphConfig { centres: 10, point_neighbors: 6, centre_neighbors: 4, color_m: 0.05 },
             channels: 8,
             nodes: 3,
             ..EncoderConfig::default()
@@ -102,7 +102,9 @@ pub(crate) fn small() -> DriftNetConfig {
             frames: 3,
             layers: 2,
             token_scalars: 12,
-            token_vectors: 7,
+            token_vectors: 8,
+            half_turn: true,
+            pointers: 2,
             ..DecoderConfig::default()
         },
     }

@@ -5,12 +5,64 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{ActionChunk, Dataset, Observation, Window};
 use reseflow_flow::{EndpointTargets, LossContext, LossParts, NodeTargets, PriorFrame, endpoint_loss};
-use reseflow_net::{CloudGraph, DriftNet, HeatMap, TokenBatch};
+use reseflow_lie::Vector3;
+use reseflow_net::{DecoderConfig, DriftNet, HeatMap, TokenBatch};
 
 use crate::augment::{Scaling, drop_points, jitter};
-use crate::convert::{graph, token, tokens};
+use crate::convert::{endpoint_tensors, tokens};
+use crate::field::{Seen, encode};
 use crate::reflow::Example;
 use crate::{TrainConfig, TrainError, TrainRequest};
+
+/// A training window as the network is to see it: its observations and its demonstration, augmented.
+pub(crate) struct Scene {
+    /// The window.
+    pub(crate) window: Window,
+    /// The O frames, oldest first.
+    pub(crate) observed: Vec<Observation>,
+    /// What a prior looks at.
+    pub(crate) prior_frame: PriorFrame,
+    /// The demonstrated actions.
+    pub(crate) clean: ActionChunk,
+    /// How much each of them counts.
+    pub(crate) weights: Vec<f64>,
+    scaling: Option<Scaling>,
+}
+
+impl Scene {
+    /// Augments the window.
+    pub(crate) fn draw(
+        window: Window,
+        data: &Dataset,
+        decoder: &DecoderConfig,
+        train: &TrainConfig,
+        rng: &mut ChaCha8Rng,
+    ) -> Self {
+        let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
+        let scaling = Scaling::draw(&observed[observed.len() - 1].cloud, train, rng);
+        observed.iter_mut().for_each(|seen| scaling.iter().for_each(|scaling| scaling.observation(seen)));
+        observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.drop_points, rng));
+        let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
+        observed.iter_mut().for_each(|seen| jitter(&mut seen.cloud, train.jitter_m, rng));
+        let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
+        let weights = wanted.iter().map(|target| target.weight()).collect();
+        let mut scene =
+            Self { window, observed, prior_frame, clean: ActionChunk::default(), weights, scaling };
+        scene.clean = scene.scaled(ActionChunk(wanted.iter().map(|target| *target.action).collect()));
+        scene
+    }
+
+    /// A trajectory through the scene as it was recorded, in this one.
+    fn scaled(&self, mut recorded: ActionChunk) -> ActionChunk {
+        self.scaling.iter().for_each(|scaling| scaling.actions(&mut recorded));
+        recorded
+    }
+
+    /// What the network is shown.
+    pub(crate) fn seen(&self) -> Seen<'_> {
+        (self.observed.iter().collect(), self.window.step)
+    }
+}
 
 /// Draws windows and the loss's inputs, and evaluates the loss of `net`; `drawn` gets the windows.
 pub(crate) fn shard_loss(
@@ -23,53 +75,26 @@ pub(crate) fn shard_loss(
     let TrainRequest { model, train, demonstrations: data, mixture, .. } = *request;
     let decoder = &model.network.decoder;
     let count = train.batch_size / train.shards;
-    let (mut frames, mut states, mut noisy, mut targets, mut weights, mut times) =
-        (vec![Vec::new(); decoder.frames], Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut scenes, mut noisy, mut targets, mut weights, mut times) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for _ in 0..count {
         let mixed = mixture.map(|mixture| mixture.draw(data, train.first_window_share, rng)).transpose()?;
         let window = mixed.as_ref().map_or_else(|| draw_window(data, train, rng), |mixed| mixed.window);
         drawn.push(window);
-        let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
-        let scaling = Scaling::draw(&observed[observed.len() - 1].cloud, train, rng);
-        observed.iter_mut().for_each(|seen| scaling.iter().for_each(|scaling| scaling.observation(seen)));
-        let grippers: Vec<_> =
-            observed.iter().map(|seen| token(&seen.world_from_gripper, seen.gripper_opening)).collect();
-        observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.drop_points, rng));
-        let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
-        for (frame, seen) in frames.iter_mut().zip(&mut observed) {
-            jitter(&mut seen.cloud, train.jitter_m, rng);
-            frame.push(graph(seen, &model.network.encoder.graph)?);
-        }
-        let progress = (window.step as f64 / decoder.horizon as f64).min(1.0);
-        states.push(reseflow_net::SceneState { frames: grippers, progress });
-
-        let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
+        let scene = Scene::draw(window, data, decoder, train, rng);
         let (noise, clean) = match mixed {
-            Some(Example { mut noise, mut clean, .. }) => {
-                // Both belong to the scene as it was recorded.
-                scaling.iter().for_each(|scaling| scaling.actions(&mut noise));
-                scaling.iter().for_each(|scaling| scaling.actions(&mut clean));
-                (noise, clean)
-            }
-            None => {
-                let mut clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-                scaling.iter().for_each(|scaling| scaling.actions(&mut clean));
-                (model.prior.sample(&prior_frame, decoder.horizon, rng), clean)
-            }
+            Some(Example { noise, clean, .. }) => (scene.scaled(noise), scene.scaled(clean)),
+            None => (model.start(&scene.prior_frame, rng), scene.clean.clone()),
         };
-        let t = train.time.sample(rng);
+        let t = if model.regression { 0.0 } else { train.time.sample(rng) };
         noisy.push(model.path.at(&noise, &clean, t)?);
         times.push(t);
-        weights.extend(wanted.iter().map(|target| target.weight()));
+        weights.extend(scene.weights.iter().copied());
         targets.push(clean);
+        scenes.push(scene);
     }
-    let encode = |(frame, graphs): (usize, &Vec<CloudGraph>)| {
-        let grippers: Vec<_> = states.iter().map(|state| state.frames[frame]).collect();
-        net.encode(graphs, &grippers, device)
-    };
-    let encoded: Result<Vec<_>, _> = frames.iter().enumerate().map(encode).collect();
-    let encoded = encoded?;
-    let context = net.context(&encoded, &states)?;
+    let seen: Vec<Seen<'_>> = scenes.iter().map(Scene::seen).collect();
+    let (encoded, context) = encode(net, &seen, device)?;
     let trajectories: Vec<_> = noisy.iter().map(tokens).collect();
     let batch = TokenBatch::new(&trajectories, &times, &context.origins_m, device)?;
     let prediction = net.decode(&context, &batch)?;
@@ -97,27 +122,22 @@ pub(crate) fn shard_loss(
     ))
 }
 
-fn draw_window(data: &Dataset, train: &TrainConfig, rng: &mut ChaCha8Rng) -> Window {
+/// Draws an episode, and its first window with the share that the configuration says, else any of its windows.
+pub(crate) fn draw_window(data: &Dataset, train: &TrainConfig, rng: &mut ChaCha8Rng) -> Window {
     let episode = rng.random_range(0..data.episodes.len());
     let first: f64 = rng.random();
     let step = rng.random_range(0..data.episodes[episode].actions.len());
     Window { episode, step: if first < train.first_window_share { 0 } else { step } }
 }
 
+/// Trajectories in the world's axes, each from its scene's origin.
 fn target_tensors(chunks: &[ActionChunk], origins_m: &[[f64; 3]], device: &Device) -> EndpointTargets {
-    let (mut rotations, mut positions, mut openings) = (Vec::new(), Vec::new(), Vec::new());
-    for (chunk, origin) in chunks.iter().zip(origins_m) {
-        for action in chunk.iter() {
-            // nalgebra iterates by columns, tensors are laid out by rows.
-            rotations.extend(action.world_from_gripper.rotation.matrix().transpose().iter().copied());
-            positions.extend((0..3).map(|axis| action.world_from_gripper.translation[axis] - origin[axis]));
-            openings.push(action.opening);
-        }
-    }
-    let count = openings.len();
-    EndpointTargets {
-        rotations: Tensor::from_data(TensorData::new(rotations, [count, 3, 3]), device),
-        positions_m: Tensor::from_data(TensorData::new(positions, [count, 3]), device),
-        openings: Tensor::from_data(TensorData::new(openings, [count, 1]), device),
-    }
+    let actions = chunks.iter().zip(origins_m).flat_map(|(chunk, origin)| {
+        chunk.iter().map(|action| {
+            let mut pose = action.world_from_gripper;
+            pose.translation -= Vector3::from(*origin);
+            (pose, action.opening)
+        })
+    });
+    endpoint_tensors(actions, device)
 }

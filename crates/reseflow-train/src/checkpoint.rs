@@ -5,11 +5,10 @@ use std::path::Path;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::store::{ApplyError, ApplyResult, ModuleSnapshot, SafetensorsStore};
 use burn::tensor::{Device, Tensor};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use reseflow_net::DriftNet;
+use serde::{Deserialize, Serialize};
 
-use crate::{ModelConfig, TrainError};
+use crate::trainable::random_stream;
+use crate::{MixtureConfig, PolicyKind, TrainConfig, TrainError, Trainable};
 
 /// The averaged weights.
 pub(crate) const WEIGHTS: &str = "model.safetensors";
@@ -60,18 +59,70 @@ pub(crate) fn put_in_place(new: &Path, out: &Path, old: &Path) -> std::io::Resul
     moved
 }
 
+/// What a checkpoint's `config.toml` says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CheckpointConfig<M> {
+    /// What was trained.
+    pub kind: PolicyKind,
+    /// The task that was learned, where the demonstrations said it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task: Option<String>,
+    /// The network and what it is made of.
+    pub model: M,
+    /// How it was trained.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub train: Option<TrainConfig>,
+    /// What the batches were mixed of, for Flow 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mixture: Option<MixtureConfig>,
+}
+
+/// What can be read of a checkpoint of any kind, and of one that says no kind: a flow's, whose model is the whole file.
+#[derive(Deserialize)]
+struct Head {
+    kind: Option<PolicyKind>,
+    task: Option<String>,
+}
+
+/// What the checkpoint in `folder` is, and which task it has learned, where it says so.
+///
+/// # Errors
+/// [`TrainError::Io`] and [`TrainError::Checkpoint`] where the folder holds no readable `config.toml`.
+pub fn read_kind(folder: &Path) -> Result<(PolicyKind, Option<String>), TrainError> {
+    let head = head(folder)?.0;
+    Ok((head.kind.unwrap_or(PolicyKind::Flow), head.task))
+}
+
+/// The head of `config.toml`, and its text.
+fn head(folder: &Path) -> Result<(Head, String), TrainError> {
+    let path = folder.join(CONFIG);
+    let text =
+        std::fs::read_to_string(&path).map_err(|source| TrainError::Io { path: path.clone(), source })?;
+    let head = toml::from_str(&text).map_err(|error: toml::de::Error| no_config(&path, error.message()))?;
+    Ok((head, text))
+}
+
+fn no_config(path: &Path, reason: &str) -> TrainError {
+    let fault = format!("not a checkpoint's configuration: {reason}");
+    TrainError::Checkpoint { path: path.to_owned(), fault }
+}
+
 /// Writes weights, configuration and the metrics' lines into the existing folder `folder`.
-pub(crate) fn write(
+pub(crate) fn write<M: Trainable>(
     folder: &Path,
-    net: &DriftNet,
-    config: &ModelConfig,
+    net: &M::Net,
+    config: &CheckpointConfig<M>,
     metrics: &[u8],
 ) -> Result<(), TrainError> {
-    let weights = folder.join(WEIGHTS);
+    let path = folder.join(WEIGHTS);
     let fault = |path: &Path, fault: String| TrainError::Checkpoint { path: path.to_owned(), fault };
-    // burn's own metadata lie in a hash map, in another order each time; a single entry keeps the bytes the same.
-    let mut store = SafetensorsStore::from_file(&weights).clear_metadata().metadata("producer", "reseflow");
-    net.save_into(&mut store).map_err(|error| fault(&weights, format!("{error}")))?;
+    // burn's own metadata lie in a hash map, in another order each time; a single entry keeps the bytes the same. In memory first:
+    // the file that the store itself makes is its owner's alone.
+    let mut store = SafetensorsStore::from_bytes(None).clear_metadata().metadata("producer", "reseflow");
+    let weights = net.save_into(&mut store).and_then(|()| store.get_bytes());
+    let weights = weights.map_err(|error| fault(&path, error.to_string()))?;
+    std::fs::write(&path, weights).map_err(|source| TrainError::Io { path, source })?;
     let path = folder.join(CONFIG);
     let text = toml::to_string_pretty(config).map_err(|error| fault(&path, error.to_string()))?;
     std::fs::write(&path, text).map_err(|source| TrainError::Io { path, source })?;
@@ -79,17 +130,36 @@ pub(crate) fn write(
     std::fs::write(&path, metrics).map_err(|source| TrainError::Io { path, source })
 }
 
-/// Reads a checkpoint back.
-pub(crate) fn read(folder: &Path, device: &Device) -> Result<(DriftNet, ModelConfig), TrainError> {
+/// Reads a checkpoint of the kind of `M` back.
+pub(crate) fn read<M: Trainable>(
+    folder: &Path,
+    device: &Device,
+) -> Result<(M::Net, CheckpointConfig<M>), TrainError> {
     let path = folder.join(CONFIG);
     let fault = |path: &Path, fault: String| TrainError::Checkpoint { path: path.to_owned(), fault };
-    let text =
-        std::fs::read_to_string(&path).map_err(|source| TrainError::Io { path: path.clone(), source })?;
-    let config: ModelConfig = toml::from_str(&text)
-        .map_err(|error| fault(&path, format!("not a model's configuration: {}", error.message())))?;
-    config.validate().map_err(|error| fault(&path, error.to_string()))?;
+    let (head, text) = head(folder)?;
+    let kind = head.kind.unwrap_or(PolicyKind::Flow);
+    if kind != M::KIND {
+        let (expected, got) = (M::KIND.name(), kind.name());
+        return Err(fault(
+            &path,
+            format!("is the checkpoint of a policy of kind `{got}`, expected `{expected}`"),
+        ));
+    }
+    let parsed = match head.kind {
+        Some(_) => toml::from_str(&text),
+        None => toml::from_str(&text).map(|model| CheckpointConfig {
+            kind,
+            task: None,
+            model,
+            train: None,
+            mixture: None,
+        }),
+    };
+    let config: CheckpointConfig<M> = parsed.map_err(|error| no_config(&path, error.message()))?;
+    config.model.check().map_err(|error| fault(&path, error.to_string()))?;
     // The drawn weights are all replaced; any stream will do.
-    let mut net = config.network.init(device, &mut ChaCha8Rng::seed_from_u64(0));
+    let mut net = config.model.init(device, &mut random_stream(0, 0));
     let weights = folder.join(WEIGHTS);
     if !weights.is_file() {
         return Err(fault(&weights, "there is no such file, expected the network's weights".to_owned()));

@@ -16,6 +16,10 @@ pub struct ModelConfig {
     pub prior: Prior,
     /// The geodesic from noise to data.
     pub path: Path,
+    /// Whether this is a deterministic regressor instead of a flow: every trajectory starts at the gripper's pose instead of at noise,
+    /// the flow time is always 0, and the answer is the endpoint that the network says. The prior and flow times play no part then.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub regression: bool,
 }
 
 impl ModelConfig {

@@ -1,9 +1,10 @@
 //! Between the plain values of the data crate and what the network reads and writes.
 
-use burn::tensor::Tensor;
+use burn::tensor::{Device, Tensor, TensorData};
 use reseflow_data::{Action, ActionChunk, Observation};
+use reseflow_flow::EndpointTargets;
 use reseflow_lie::{Matrix3, SE3, SO3, Vector3};
-use reseflow_net::{CloudGraph, EndpointPrediction, GraphConfig, GripperState, NetError};
+use reseflow_net::{CloudGraph, EndpointPrediction, GraphConfig, GripperState};
 
 use crate::TrainError;
 
@@ -22,10 +23,25 @@ pub(crate) fn tokens(chunk: &ActionChunk) -> Vec<GripperState> {
     chunk.iter().map(|action| token(&action.world_from_gripper, action.opening)).collect()
 }
 
+/// Farther away than any scene reaches, metres; its square is far from what a float of 32 bits can hold.
+const FARTHEST_M: f64 = 1e6;
+
 /// The graph of an observation's cloud.
-pub(crate) fn graph(observation: &Observation, config: &GraphConfig) -> Result<CloudGraph, NetError> {
+pub(crate) fn graph(observation: &Observation, config: &GraphConfig) -> Result<CloudGraph, TrainError> {
+    let gripper_m: [f64; 3] = observation.world_from_gripper.translation.into();
     let points: Vec<[f64; 3]> = observation.cloud.points.iter().map(|point| point.map(f64::from)).collect();
-    CloudGraph::build(&points, &observation.cloud.colors, config)
+    // What is not finite is the network's to refuse.
+    let far = |place: &[f64; 3]| place.iter().any(|value| value.is_finite() && value.abs() > FARTHEST_M);
+    let what = match points.iter().position(far) {
+        Some(index) => Some(format!("point {index}")),
+        None => far(&gripper_m).then(|| "the gripper".to_owned()),
+    };
+    if let Some(what) = what {
+        let fault =
+            format!("{what} lies more than {FARTHEST_M:e} m from the origin, expected a scene in metres");
+        return Err(TrainError::Observation(fault));
+    }
+    Ok(CloudGraph::build(&points, &observation.cloud.colors, config)?)
 }
 
 /// A prediction on the host.
@@ -79,6 +95,26 @@ impl HostPrediction {
             host.weights.push(rows.map(|row| weights[row * nodes..(row + 1) * nodes].to_vec()).collect());
         }
         Ok(host)
+    }
+}
+
+/// N poses and openings as tensors.
+pub(crate) fn endpoint_tensors(
+    actions: impl Iterator<Item = (SE3, f64)>,
+    device: &Device,
+) -> EndpointTargets {
+    let (mut rotations, mut positions, mut openings) = (Vec::new(), Vec::new(), Vec::new());
+    for (pose, opening) in actions {
+        // nalgebra iterates by columns, tensors are laid out by rows.
+        rotations.extend(pose.rotation.matrix().transpose().iter().copied());
+        positions.extend(pose.translation.iter().copied());
+        openings.push(opening);
+    }
+    let count = openings.len();
+    EndpointTargets {
+        rotations: Tensor::from_data(TensorData::new(rotations, [count, 3, 3]), device),
+        positions_m: Tensor::from_data(TensorData::new(positions, [count, 3]), device),
+        openings: Tensor::from_data(TensorData::new(openings, [count, 1]), device),
     }
 }
 

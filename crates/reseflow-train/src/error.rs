@@ -13,6 +13,9 @@ pub enum TrainError {
     /// The network refused its input.
     #[error(transparent)]
     Net(#[from] reseflow_net::NetError),
+    /// An observation that no scene looks like.
+    #[error("{0}")]
+    Observation(String),
     /// The flow refused its input.
     #[error(transparent)]
     Flow(#[from] reseflow_flow::FlowError),
@@ -67,6 +70,9 @@ pub enum TrainError {
     /// Pairs that do not belong to the demonstrations or to the network.
     #[error("pairs: {0}")]
     Pairs(String),
+    /// The validation episodes cannot be scored.
+    #[error("validation episodes: {0}")]
+    Validation(#[source] Box<TrainError>),
     /// A worker thread panicked.
     #[error("a training thread stopped unexpectedly")]
     Worker,

@@ -1,9 +1,9 @@
 //! The network as a drift field: scenes are encoded once, then every solver step is one pass of the decoder.
 
 use burn::tensor::Device;
-use reseflow_data::{ActionChunk, Observation};
+use reseflow_data::{ActionChunk, Observation, ObservationHistory};
 use reseflow_flow::{DriftField, FlowError};
-use reseflow_net::{DriftNet, NetError, SceneContext, SceneState, TokenBatch};
+use reseflow_net::{DriftNet, EncodedScenes, NetError, SceneContext, SceneState, TokenBatch};
 
 use crate::TrainError;
 use crate::convert::{HostPrediction, graph, token, tokens};
@@ -18,23 +18,32 @@ pub(crate) struct NetField<'a> {
 }
 
 impl<'a> NetField<'a> {
-    /// Encodes scenes, each given as its frames (oldest first) and the action steps executed so far.
-    pub(crate) fn new(
-        net: &'a DriftNet,
-        scenes: &[(Vec<&Observation>, usize)],
-        device: &Device,
-    ) -> Result<Self, TrainError> {
-        let context = context(net, scenes, device)?;
+    /// Encodes scenes.
+    pub(crate) fn new(net: &'a DriftNet, scenes: &[Seen<'_>], device: &Device) -> Result<Self, TrainError> {
+        let (_, context) = encode(net, scenes, device)?;
         Ok(Self { net, context, device: device.clone(), last: None })
     }
 }
 
-/// The decoder's context of some scenes.
-pub(crate) fn context(
+/// A scene as it was observed: its frames, oldest first, and the action steps executed so far.
+pub(crate) type Seen<'a> = (Vec<&'a Observation>, usize);
+
+/// The scenes that `histories` end in.
+pub(crate) fn scenes_of(histories: &[ObservationHistory]) -> Vec<Seen<'_>> {
+    histories.iter().map(|history| (history.frames().collect(), history.elapsed_steps())).collect()
+}
+
+/// The share of the horizon that is over.
+pub(crate) fn progress(elapsed: usize, horizon: usize) -> f64 {
+    (elapsed as f64 / horizon as f64).min(1.0)
+}
+
+/// Some scenes' frames, each encoded by itself, and the decoder's context of them all.
+pub(crate) fn encode(
     net: &DriftNet,
-    scenes: &[(Vec<&Observation>, usize)],
+    scenes: &[Seen<'_>],
     device: &Device,
-) -> Result<SceneContext, TrainError> {
+) -> Result<(Vec<EncodedScenes>, SceneContext), TrainError> {
     let config = net.config();
     let expected = config.decoder.frames;
     if let Some((observed, _)) = scenes.iter().find(|(observed, _)| observed.len() != expected) {
@@ -47,7 +56,7 @@ pub(crate) fn context(
                 .iter()
                 .map(|seen| token(&seen.world_from_gripper, seen.gripper_opening))
                 .collect(),
-            progress: (*elapsed as f64 / config.decoder.horizon as f64).min(1.0),
+            progress: progress(*elapsed, config.decoder.horizon),
         })
         .collect();
     let mut frames = Vec::with_capacity(config.decoder.frames);
@@ -57,7 +66,8 @@ pub(crate) fn context(
         let grippers: Vec<_> = states.iter().map(|state| state.frames[frame]).collect();
         frames.push(net.encode(&graphs?, &grippers, device)?);
     }
-    Ok(net.context(&frames, &states)?)
+    let context = net.context(&frames, &states)?;
+    Ok((frames, context))
 }
 
 impl DriftField for NetField<'_> {

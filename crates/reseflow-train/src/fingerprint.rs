@@ -7,7 +7,7 @@ use reseflow_data::{Action, Dataset, Episode, Observation};
 use reseflow_lie::SE3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Mixture, TrainConfig, TrainError, TrainRequest};
+use crate::{Mixture, TrainConfig, TrainError, TrainRequest, Trainable};
 
 /// Hashes of everything that a training's bytes depend on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,10 +25,10 @@ impl Fingerprint {
     ///
     /// # Errors
     /// Where the checkpoint to start from cannot be read.
-    pub(crate) fn of(request: &TrainRequest<'_>) -> Result<Self, TrainError> {
+    pub(crate) fn of<M: Trainable>(request: &TrainRequest<'_, M>) -> Result<Self, TrainError> {
         // How often a state is saved changes nothing in what is computed.
         let train = TrainConfig { save_every: 0, ..request.train.clone() };
-        let config = serde_json::to_vec(&(request.model, train, request.device))
+        let config = serde_json::to_vec(&(M::KIND, request.model, train, request.device))
             .map_err(|fault| TrainError::Config(fault.to_string()))?;
         Ok(Self {
             program: PROGRAM.clone(),

@@ -4,12 +4,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand::seq::index;
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
 use reseflow_data::{ActionChunk, Dataset, FlowPair, Observation, Window, WindowPairs};
 use reseflow_flow::{AdaptiveConfig, Flow, PriorFrame, Solver, integrate};
 use serde::{Deserialize, Serialize};
 
 use crate::field::NetField;
+use crate::trainable::random_stream;
 use crate::{FlowPolicy, TrainError};
 
 /// Windows that are encoded together and share an adaptive solver's steps: part of the arithmetic, so not guessed from the machine.
@@ -64,6 +64,9 @@ pub fn make_pairs(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<WindowPairs>, TrainError> {
     config.validate()?;
+    if policy.model.regression {
+        return Err(TrainError::Pairs("a regressor has no noise to make pairs of".to_owned()));
+    }
     let windows = pair_windows(demonstrations, config);
     let groups: Vec<&[Window]> = windows.chunks(TOGETHER).collect();
     let next = AtomicUsize::new(0);
@@ -104,7 +107,7 @@ fn pair_windows(demonstrations: &Dataset, config: &PairConfig) -> Vec<Window> {
     let mut windows = Vec::new();
     for (episode, recorded) in demonstrations.episodes.iter().enumerate() {
         let later = recorded.actions.len().saturating_sub(1);
-        let mut rng = stream(config.seed, 2 * episode as u64);
+        let mut rng = random_stream(config.seed, 2 * episode as u64);
         let mut steps = index::sample(&mut rng, later, later.min(config.windows - 1)).into_vec();
         steps.sort_unstable();
         if !recorded.actions.is_empty() {
@@ -123,14 +126,15 @@ fn carry(
     first: usize,
     windows: &[Window],
 ) -> Result<Vec<WindowPairs>, TrainError> {
-    let FlowPolicy { net, config: model, device, .. } = policy;
+    let FlowPolicy { net, model, device, .. } = policy;
     let decoder = &model.network.decoder;
     let scenes: Vec<(Vec<&Observation>, usize)> = windows
         .iter()
         .map(|window| (window.frames(&demonstrations.episodes, decoder.frames).collect(), window.step))
         .collect();
-    let mut streams: Vec<ChaCha8Rng> =
-        (first..first + windows.len()).map(|number| stream(config.seed, 2 * number as u64 + 1)).collect();
+    let mut streams: Vec<ChaCha8Rng> = (first..first + windows.len())
+        .map(|number| random_stream(config.seed, 2 * number as u64 + 1))
+        .collect();
     let mut field = NetField::new(net, &scenes, device)?;
     let mut made: Vec<WindowPairs> =
         windows.iter().map(|&window| WindowPairs { window, pairs: Vec::new() }).collect();
@@ -149,10 +153,4 @@ fn carry(
         }
     }
     Ok(made)
-}
-
-fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(stream);
-    rng
 }

@@ -7,10 +7,10 @@ use reseflow_data::Dataset;
 use crate::{DeviceKind, Mixture, ModelConfig, TrainConfig};
 
 /// What to train, on what, from where, and where the checkpoint goes.
-#[derive(Debug, Clone, Copy)]
-pub struct TrainRequest<'a> {
-    /// The network and the flow.
-    pub model: &'a ModelConfig,
+#[derive(Debug)]
+pub struct TrainRequest<'a, M = ModelConfig> {
+    /// The network and what it is made of: a flow's [`ModelConfig`], or the baseline's [`crate::EtSeedConfig`].
+    pub model: &'a M,
     /// The optimisation.
     pub train: &'a TrainConfig,
     /// The episodes to learn from.

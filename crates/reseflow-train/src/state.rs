@@ -6,7 +6,6 @@
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::{AdamWConfig, ModuleOptimizer};
 use burn::tensor::{Bytes, Device, Tensor, TensorData};
-use reseflow_net::DriftNet;
 use serde::{Deserialize, Serialize};
 
 use crate::ema::WeightAverage;
@@ -18,11 +17,11 @@ const MAGIC: &[u8; 8] = b"rsfstat1";
 const PREAMBLE: usize = 8 + 32 + 8;
 
 /// Where a training stands after an update.
-pub(crate) struct TrainState {
+pub(crate) struct TrainState<N> {
     /// Updates made.
     pub(crate) update: usize,
     /// The weights that are optimised.
-    pub(crate) net: DriftNet,
+    pub(crate) net: N,
     /// AdamW's moments and step counters.
     pub(crate) optimizer: ModuleOptimizer,
     /// The averaged weights.
@@ -57,9 +56,9 @@ struct Header {
 
 type ValidationBits = (usize, [u64; 3]);
 
-impl TrainState {
+impl<N: Module> TrainState<N> {
     /// The state before the first update.
-    pub(crate) fn new(net: DriftNet, train: &TrainConfig) -> Self {
+    pub(crate) fn new(net: N, train: &TrainConfig) -> Self {
         Self {
             update: 0,
             net,
@@ -114,7 +113,7 @@ impl TrainState {
     pub(crate) fn from_bytes(
         bytes: &[u8],
         fingerprint: &Fingerprint,
-        fresh: DriftNet,
+        fresh: N,
         train: &TrainConfig,
         device: &Device,
     ) -> Result<Self, String> {

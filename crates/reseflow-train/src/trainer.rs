@@ -1,4 +1,4 @@
-//! The training loop of both flows.
+//! The training loop of everything that is trained: both flows, the regressor and the baseline.
 
 use std::path::Path;
 use std::time::Instant;
@@ -6,19 +6,17 @@ use std::time::Instant;
 use burn::module::Module;
 use burn::optim::{GradientsAccumulator, GradientsParams};
 use burn::tensor::Device;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
 use reseflow_data::{Dataset, Window};
-use reseflow_net::DriftNet;
 use serde::Serialize;
 
-use crate::batch::shard_loss;
+use crate::checkpoint::CheckpointConfig;
 use crate::fingerprint::Fingerprint;
 use crate::gradients::{clip_global_norm, global_norm};
 use crate::partial::PartialFolder;
 use crate::state::TrainState;
+use crate::trainable::random_stream;
 use crate::validation::validate;
-use crate::{Keep, Resume, TrainConfig, TrainError, TrainRequest, ValidationMetrics, checkpoint};
+use crate::{Keep, Resume, TrainConfig, TrainError, TrainRequest, Trainable, ValidationMetrics, checkpoint};
 
 /// How an update went.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -66,14 +64,14 @@ pub struct TrainSummary {
     pub best: Option<ValidationMetrics>,
 }
 
-/// Trains a flow and leaves a checkpoint in the folder `request.out`, which appears whole or not at all.
+/// Trains what is asked for and leaves a checkpoint in the folder `request.out`, which appears whole or not at all.
 ///
 /// Until then `<request.out>.partial` holds the training's state, from which an interrupted training goes on to the same bytes.
 ///
 /// # Errors
 /// Bad configurations, a loss or gradient that is not finite, a state that cannot be used, and what the file system reports.
-pub fn train(
-    request: &TrainRequest<'_>,
+pub fn train<M: Trainable>(
+    request: &TrainRequest<'_, M>,
     observer: &mut dyn TrainObserver,
 ) -> Result<TrainSummary, TrainError> {
     let TrainRequest { model, train, validation, out, .. } = *request;
@@ -87,8 +85,17 @@ pub fn train(
         .transpose()?;
     let mut state = first_state(request, &partial, fingerprint.as_ref(), &device, observer)?;
     partial.append_metrics(&state.metrics)?;
+    tracing::info!(
+        kind = M::KIND.name(),
+        parameters = state.net.num_params(),
+        episodes = request.demonstrations.len(),
+        first_update = state.update + 1,
+        updates = train.updates,
+        out = %out.display(),
+        "training"
+    );
     let (first, started) = (state.update, Instant::now());
-    let is_over = |state: &TrainState| {
+    let is_over = |state: &TrainState<M::Net>| {
         state.update >= train.updates || (train.patience > 0 && state.stale >= train.patience)
     };
 
@@ -108,12 +115,16 @@ pub fn train(
         let samples_per_sec = windows as f64 / started.elapsed().as_secs_f64();
         let report = UpdateMetrics { update, loss, learning_rate, gradient_norm, samples_per_sec };
         note(&mut state.metrics, &mut partial, &report)?;
+        tracing::debug!(update, loss, gradient_norm, learning_rate, "update");
         observer.on_update(&report);
         if let Some(held_out) = validation
             && (update % train.validate_every == 0 || update == train.updates)
         {
-            let report = validate(state.average.apply(state.net.valid()), model, held_out, &base, update)?;
+            let net = state.average.apply(state.net.valid());
+            let report = validate(net, model, held_out, &base, update)
+                .map_err(|fault| TrainError::Validation(Box::new(fault)))?;
             note(&mut state.metrics, &mut partial, &report)?;
+            tracing::info!(update, d_geo = report.d_geo, "validation");
             observer.on_validation(&report);
             judge(&mut state, report, train.keep);
         }
@@ -124,11 +135,20 @@ pub fn train(
         {
             let unwritable = |fault| TrainError::State { path: partial.state_path(), fault };
             partial.write_state(&state.to_bytes(fingerprint).map_err(unwritable)?)?;
+            tracing::debug!(update, "state saved");
         }
     }
     let kept = state.best_average.as_ref().unwrap_or(&state.average);
     let net = kept.apply(state.net.valid());
-    partial.publish(|folder| checkpoint::write(folder, &net, model, &state.metrics))?;
+    let config = CheckpointConfig {
+        kind: M::KIND,
+        task: request.demonstrations.meta.as_ref().map(|meta| meta.task.clone()),
+        model: model.clone(),
+        train: Some(train.clone()),
+        mixture: request.mixture.map(|mixture| *mixture.parts().0),
+    };
+    partial.publish(|folder| checkpoint::write(folder, &net, &config, &state.metrics))?;
+    tracing::info!(updates = state.update, out = %out.display(), "checkpoint written");
     Ok(TrainSummary {
         parameters: net.num_params(),
         seconds: started.elapsed().as_secs_f64(),
@@ -139,15 +159,17 @@ pub fn train(
 }
 
 /// Makes sure that what was asked for can be done: configurations, and something to learn from and to compare with.
-fn check(request: &TrainRequest<'_>) -> Result<(), TrainError> {
+fn check<M: Trainable>(request: &TrainRequest<'_, M>) -> Result<(), TrainError> {
     let TrainConfig { keep, patience, .. } = *request.train;
-    request.model.validate()?;
+    request.model.check()?;
     request.train.validate()?;
     if request.validation.is_none() && (keep == Keep::Best || patience > 0) {
         let key = if keep == Keep::Best { "train.keep = \"best\"" } else { "train.patience" };
         return Err(TrainError::Config(format!("{key} needs validation episodes, got none")));
     }
-    std::iter::once(request.demonstrations).chain(request.validation).try_for_each(check_data)
+    check_data(request.demonstrations)?;
+    let held_out = request.validation.map_or(Ok(()), check_data);
+    held_out.map_err(|fault| TrainError::Validation(Box::new(fault)))
 }
 
 fn check_data(data: &Dataset) -> Result<(), TrainError> {
@@ -161,18 +183,18 @@ fn check_data(data: &Dataset) -> Result<(), TrainError> {
 }
 
 /// Where training begins: at the state that an interrupted one left, if that is wanted and can be used, or before any update.
-fn first_state(
-    request: &TrainRequest<'_>,
+fn first_state<M: Trainable>(
+    request: &TrainRequest<'_, M>,
     partial: &PartialFolder,
     fingerprint: Option<&Fingerprint>,
     device: &Device,
     observer: &mut dyn TrainObserver,
-) -> Result<TrainState, TrainError> {
+) -> Result<TrainState<M::Net>, TrainError> {
     let train = request.train;
     let left = if request.resume == Resume::Never { None } else { partial.read_state()? };
     if let (Some(bytes), Some(fingerprint)) = (left, fingerprint) {
         // The drawn weights are all replaced.
-        let fresh = request.model.network.init(device, &mut stream(train.seed, 0));
+        let fresh = request.model.init(device, &mut random_stream(train.seed, 0));
         match TrainState::from_bytes(&bytes, fingerprint, fresh, train, device) {
             Ok(state) => {
                 observer.on_resume(state.update, state.validation.as_ref());
@@ -189,15 +211,19 @@ fn first_state(
     }
     let net = match request.start {
         Some(start) => weights_of(start, request, device)?,
-        None => request.model.network.init(device, &mut stream(train.seed, 0)),
+        None => request.model.init(device, &mut random_stream(train.seed, 0)),
     };
     Ok(TrainState::new(net, train))
 }
 
 /// The averaged weights of the checkpoint `start`.
-fn weights_of(start: &Path, request: &TrainRequest<'_>, device: &Device) -> Result<DriftNet, TrainError> {
-    let (net, model) = checkpoint::read(start, device)?;
-    if model.network != request.model.network {
+fn weights_of<M: Trainable>(
+    start: &Path,
+    request: &TrainRequest<'_, M>,
+    device: &Device,
+) -> Result<M::Net, TrainError> {
+    let (net, config) = checkpoint::read::<M>(start, device)?;
+    if config.model.network() != request.model.network() {
         let fault = "its network is not the one to be trained, so training cannot start from it".to_owned();
         return Err(TrainError::Checkpoint { path: start.to_owned(), fault });
     }
@@ -205,7 +231,7 @@ fn weights_of(start: &Path, request: &TrainRequest<'_>, device: &Device) -> Resu
 }
 
 /// Takes in a validation: the best one so far, or one more without improvement.
-fn judge(state: &mut TrainState, report: ValidationMetrics, keep: Keep) {
+fn judge<N: Module>(state: &mut TrainState<N>, report: ValidationMetrics, keep: Keep) {
     state.validation = Some(report);
     if state.best.is_none_or(|best| report.d_geo < best.d_geo) {
         state.best = Some(report);
@@ -224,18 +250,18 @@ struct Shard {
 }
 
 /// One of the `accumulate` · `shards` parts of an update's batch, with a random stream of its own.
-fn shard(
-    net: &DriftNet,
-    request: &TrainRequest<'_>,
+fn shard<M: Trainable>(
+    net: &M::Net,
+    request: &TrainRequest<'_, M>,
     device: &Device,
     update: usize,
     part: usize,
 ) -> Result<Shard, TrainError> {
     let train = request.train;
     let parts = train.accumulate * train.shards;
-    let mut rng = stream(train.seed, (update * parts + part) as u64);
+    let mut rng = random_stream(train.seed, (update * parts + part) as u64);
     let mut windows = Vec::new();
-    let loss = shard_loss(net, request, device, &mut rng, &mut windows)?.total.div_scalar(parts as f64);
+    let loss = M::shard_loss(net, request, device, &mut rng, &mut windows)?.div_scalar(parts as f64);
     let value = loss.clone().into_scalar::<f64>();
     if !value.is_finite() {
         return Err(TrainError::Diverged { what: "loss", update, shard: part, windows });
@@ -247,9 +273,9 @@ fn shard(
 ///
 /// Every shard has its own copy of the network, hence its own autodiff graph; the sums run in the order of the shards, so the result
 /// does not depend on which thread is first.
-fn gradients(
-    net: &DriftNet,
-    request: &TrainRequest<'_>,
+fn gradients<M: Trainable>(
+    net: &M::Net,
+    request: &TrainRequest<'_, M>,
     device: &Device,
     update: usize,
 ) -> Result<(GradientsParams, f64), TrainError> {
@@ -259,7 +285,7 @@ fn gradients(
     for batch in 0..train.accumulate {
         let copies: Vec<_> = (0..train.shards).map(|index| (index, net.clone().fork(device))).collect();
         let results: Vec<Result<Shard, TrainError>> = std::thread::scope(|scope| {
-            let work = |(index, net): (usize, DriftNet)| {
+            let work = |(index, net): (usize, M::Net)| {
                 scope.spawn(move || shard(&net, request, device, update, batch * train.shards + index))
             };
             let handles: Vec<_> = copies.into_iter().map(work).collect();
@@ -275,9 +301,9 @@ fn gradients(
 }
 
 /// Finds the shard whose gradient is not finite, by doing the update once more.
-fn infinite_gradient(
-    net: &DriftNet,
-    request: &TrainRequest<'_>,
+fn infinite_gradient<M: Trainable>(
+    net: &M::Net,
+    request: &TrainRequest<'_, M>,
     device: &Device,
     update: usize,
 ) -> TrainError {
@@ -293,12 +319,6 @@ fn infinite_gradient(
     }
     // Each is finite, their sum is not.
     TrainError::Diverged { what: "summed gradient", update, shard: 0, windows }
-}
-
-fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(stream);
-    rng
 }
 
 /// Appends `value` as a line to the metrics, here and in the partial folder.

@@ -1,17 +1,16 @@
-//! Validation: one-step errors of the averaged weights on held-out episodes.
+//! Validation: errors of the averaged weights on held-out episodes.
 
 use burn::tensor::Device;
 use reseflow_data::{Dataset, ObservationHistory};
 use reseflow_lie::geodesic_distance;
-use reseflow_net::DriftNet;
 use serde::Serialize;
 
-use crate::{FlowPolicy, ModelConfig, TrainError};
+use crate::{TrainError, Trainable, TrainedPolicy};
 
 /// The noise seed of validations.
 const VALIDATION_SEED: u64 = 3407;
 
-/// One-step errors of the averaged weights on the validation episodes' first windows.
+/// Errors of the averaged weights on the validation episodes' first windows: a flow's in one step, the baseline's at all its levels.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct ValidationMetrics {
     /// The update, from 1.
@@ -25,21 +24,21 @@ pub struct ValidationMetrics {
 }
 
 /// Scores `net` on the first windows of `held_out`.
-pub(crate) fn validate(
-    net: DriftNet,
-    model: &ModelConfig,
+pub(crate) fn validate<M: Trainable>(
+    net: M::Net,
+    model: &M,
     held_out: &Dataset,
     device: &Device,
     update: usize,
 ) -> Result<ValidationMetrics, TrainError> {
-    let frames = model.network.decoder.frames;
+    let frames = model.network().decoder.frames;
     let histories: Vec<_> = held_out
         .episodes
         .iter()
         .map(|episode| ObservationHistory::at_step(&episode.observations, 0, frames))
         .collect();
-    let policy = FlowPolicy::new(net, model.clone(), device.clone());
-    let drawn = policy.predict(&histories, &[VALIDATION_SEED], 1)?;
+    let policy = TrainedPolicy::new(net, model.clone(), device.clone());
+    let drawn = policy.draw(&histories, &[VALIDATION_SEED], &model.solver())?.samples;
     let (mut d_geo, mut rotation_rad, mut translation_m, mut count) = (0.0, 0.0, 0.0, 0.0);
     for (samples, episode) in drawn.iter().zip(&held_out.episodes) {
         for (predicted, wanted) in

@@ -1,5 +1,7 @@
 //! Where faults become exit codes: 2 for what the user gave, 1 for what went wrong in here.
 
+use std::path::Path;
+
 use reseflow_data::DataError;
 use reseflow_train::TrainError;
 
@@ -16,6 +18,22 @@ pub struct BadInput(pub String);
 /// A [`BadInput`] as an `anyhow` error.
 pub fn bad_input(sentence: impl Into<String>) -> anyhow::Error {
     BadInput(sentence.into()).into()
+}
+
+/// An error in using the data set `path`, by its name where it is the data's fault; that of the validation episodes is `validation`'s.
+pub fn about_data(path: &Path, validation: Option<&Path>, error: anyhow::Error) -> anyhow::Error {
+    let sentence = sentence(&error);
+    let place = match error.downcast_ref::<TrainError>() {
+        Some(
+            TrainError::Net(_)
+            | TrainError::Observation(_)
+            | TrainError::NoData
+            | TrainError::NoActions { .. },
+        ) => path,
+        Some(TrainError::Validation(_)) => validation.unwrap_or(path),
+        _ => return error,
+    };
+    bad_input(format!("{}: {sentence}", place.display()))
 }
 
 /// The exit code that an error leads to.

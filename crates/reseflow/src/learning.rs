@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use reseflow_data::{Dataset, ObservationHistory};
+use reseflow_data::{ObservationHistory, Policy};
 use reseflow_train::{
-    DeviceKind, FlowPolicy, PolicySample, Resume, TrainError, TrainObserver, TrainRequest, TrainSummary,
-    UpdateMetrics, ValidationMetrics, train,
+    DeviceKind, Drawn, EtSeedPolicy, FlowPolicy, PolicyKind, Solver, TrainError, TrainObserver, TrainRequest,
+    TrainSummary, Trainable, TrainedPolicy, UpdateMetrics, ValidationMetrics, read_kind, train,
 };
 
 use crate::cli::DeviceArg;
-use crate::config::ExperimentConfig;
+use crate::config::EVAL_STEPS;
 use crate::error::{bad_input, sentence};
 use crate::evaluation::SamplePolicy;
 use crate::output::{Progress, Terminal};
@@ -24,68 +24,123 @@ impl From<DeviceArg> for DeviceKind {
     }
 }
 
-impl SamplePolicy for FlowPolicy {
+impl<M: Trainable> SamplePolicy for TrainedPolicy<M> {
     fn observation_horizon(&self) -> usize {
-        FlowPolicy::observation_horizon(self)
+        TrainedPolicy::observation_horizon(self)
     }
 
     fn sample(
         &self,
         histories: &[ObservationHistory],
         seeds: &[u64],
-        steps: usize,
-    ) -> anyhow::Result<Vec<Vec<PolicySample>>> {
-        self.predict(histories, seeds, steps).map_err(|fault| bad_input(sentence(&anyhow::Error::new(fault))))
+        solver: &Solver,
+    ) -> anyhow::Result<Drawn> {
+        Ok(self.draw(histories, seeds, solver)?)
     }
 }
 
-/// The policy in the checkpoint's folder `folder`.
+/// A trained policy of whatever kind its checkpoint says.
+#[derive(Debug)]
+pub enum LearnedPolicy {
+    /// A flow, or a regressor.
+    Flow(FlowPolicy),
+    /// The baseline.
+    EtSeed(EtSeedPolicy),
+}
+
+impl LearnedPolicy {
+    /// The policy in the checkpoint's folder `folder`.
+    ///
+    /// # Errors
+    /// Bad input: there is no such folder, or what is in it is no whole checkpoint.
+    pub fn load(folder: &Path, device: DeviceKind) -> anyhow::Result<Self> {
+        let kind = in_folder(folder, |folder| read_kind(folder))?.0;
+        tracing::info!(checkpoint = %folder.display(), kind = kind.name(), "loading a policy");
+        Ok(match kind {
+            PolicyKind::Flow => Self::Flow(in_folder(folder, |folder| FlowPolicy::load(folder, device))?),
+            PolicyKind::EtSeed => {
+                Self::EtSeed(in_folder(folder, |folder| EtSeedPolicy::load(folder, device))?)
+            }
+        })
+    }
+
+    /// What is drawn from.
+    pub fn sampler(&self) -> &dyn SamplePolicy {
+        match self {
+            Self::Flow(policy) => policy,
+            Self::EtSeed(policy) => policy,
+        }
+    }
+
+    /// Who acts, planning with `solver`.
+    pub fn acting(&mut self, solver: Solver) -> &mut dyn Policy {
+        match self {
+            Self::Flow(policy) => {
+                policy.set_solver(solver);
+                policy
+            }
+            Self::EtSeed(policy) => {
+                policy.set_solver(solver);
+                policy
+            }
+        }
+    }
+
+    /// The flow whose straightness can be measured, if this is one.
+    pub fn flow(&self) -> Option<&FlowPolicy> {
+        match self {
+            Self::Flow(policy) if !policy.model().regression => Some(policy),
+            _ => None,
+        }
+    }
+
+    /// The numbers of steps that it is scored with where nothing is said.
+    pub fn usual_steps(&self) -> Vec<usize> {
+        match self {
+            Self::Flow(policy) if policy.model().regression => vec![1],
+            Self::Flow(_) => EVAL_STEPS.to_vec(),
+            Self::EtSeed(policy) => {
+                let levels = policy.model().diffusion.steps;
+                EVAL_STEPS.into_iter().filter(|steps| *steps <= levels).collect()
+            }
+        }
+    }
+}
+
+/// The flow in the checkpoint's folder `folder`.
 ///
 /// # Errors
-/// Bad input: there is no such folder, or what is in it is no whole checkpoint.
-pub fn load_policy(folder: &Path, device: DeviceKind) -> anyhow::Result<FlowPolicy> {
+/// Bad input: there is no such folder, or what is in it is no whole checkpoint of a flow.
+pub fn load_flow(folder: &Path, device: DeviceKind) -> anyhow::Result<FlowPolicy> {
+    in_folder(folder, |folder| FlowPolicy::load(folder, device))
+}
+
+/// The task that the checkpoint in `folder` has learned, where it says so.
+///
+/// # Errors
+/// As [`LearnedPolicy::load`].
+pub fn learned_task(folder: &Path) -> anyhow::Result<Option<String>> {
+    Ok(in_folder(folder, |folder| read_kind(folder))?.1)
+}
+
+/// Reads something of a checkpoint; whatever is wrong with it names the folder.
+fn in_folder<T>(folder: &Path, read: impl FnOnce(&Path) -> Result<T, TrainError>) -> anyhow::Result<T> {
     let place = folder.display().to_string();
     if !folder.is_dir() {
         return Err(bad_input(format!("{place}: there is no such folder, expected a checkpoint's")));
     }
-    FlowPolicy::load(folder, device).map_err(|fault| {
+    read(folder).map_err(|fault| {
         let fault = sentence(&anyhow::Error::new(fault));
         bad_input(if fault.contains(&place) { fault } else { format!("{place}: {fault}") })
     })
-}
-
-/// Trains a policy into the folder `out`, with its progress on the terminal.
-///
-/// # Errors
-/// What the trainer reports.
-pub fn train_policy(
-    config: &ExperimentConfig,
-    demonstrations: &Dataset,
-    validation: Option<&Dataset>,
-    out: &Path,
-    resume: Resume,
-    terminal: &Terminal,
-) -> anyhow::Result<TrainSummary> {
-    let request = TrainRequest {
-        model: &config.model,
-        train: &config.train,
-        demonstrations,
-        mixture: None,
-        validation,
-        start: None,
-        resume,
-        device: config.device,
-        out,
-    };
-    train_with_progress(&request, "training", terminal)
 }
 
 /// Trains as requested, with the progress on the terminal under the name `label`.
 ///
 /// # Errors
 /// What the trainer reports.
-pub fn train_with_progress(
-    request: &TrainRequest<'_>,
+pub fn train_with_progress<M: Trainable>(
+    request: &TrainRequest<'_, M>,
     label: &str,
     terminal: &Terminal,
 ) -> anyhow::Result<TrainSummary> {

@@ -6,6 +6,7 @@ pub mod config;
 pub mod demonstrations;
 pub mod error;
 pub mod evaluation;
+pub mod learners;
 pub mod learning;
 pub mod metrics;
 pub mod output;

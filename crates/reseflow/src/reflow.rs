@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::config::ExperimentConfig;
 use crate::error::bad_input;
-use crate::learning::{load_policy, train_with_progress};
+use crate::learning::{load_flow, train_with_progress};
 use crate::output::Terminal;
 
 /// One round: the flow that it starts from, and the demonstrations.
@@ -35,7 +35,7 @@ impl Round<'_> {
     /// # Errors
     /// Bad input: a checkpoint that cannot be used, or observations that do not fit it.
     pub fn make_pairs(&self, file: &Path, terminal: &Terminal) -> anyhow::Result<PairSet> {
-        let policy = load_policy(self.checkpoint, self.config.device)?;
+        let policy = load_flow(self.checkpoint, self.config.device)?;
         let config = self.pair_config();
         let demonstrations = &self.data.dataset;
         let progress = terminal.progress("pairs", count_pair_windows(demonstrations, &config) as u64);
@@ -71,7 +71,7 @@ impl Round<'_> {
         resume: Resume,
         terminal: &Terminal,
     ) -> anyhow::Result<TrainSummary> {
-        let model = load_policy(self.checkpoint, self.config.device)?.model().clone();
+        let model = load_flow(self.checkpoint, self.config.device)?.model().clone();
         let demonstrations = &self.data.dataset;
         let horizon = model.network.decoder.horizon;
         let mixture = Mixture::new(self.reflow.mixture, &pairs.windows, demonstrations, horizon)?;

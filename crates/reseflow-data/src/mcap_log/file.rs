@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Seek};
 use std::path::{Path, PathBuf};
 
 use foxglove::Encode;
@@ -11,13 +11,12 @@ use mcap::{McapError, WriteOptions, Writer};
 use serde::Serialize;
 
 use crate::DataError;
-use crate::atomic_file::PendingFile;
+use crate::atomic_file::{PendingFile, write_atomically};
 
-/// The file.
+/// The file. Until it is complete it has no name, so that nothing is left of it however the program ends.
 pub(super) struct LogFile {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
-    pending: PendingFile,
     buffer: Vec<u8>,
 }
 
@@ -31,11 +30,14 @@ pub(super) struct Topic {
 
 impl LogFile {
     pub(super) fn create(path: &Path) -> Result<Self, DataError> {
-        let (pending, file) = PendingFile::create(path)?;
+        // Says at once whether the log can be put in place later.
+        drop(PendingFile::create(path)?);
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let file = tempfile::tempfile_in(folder).map_err(|source| DataError::io(path, source))?;
         // Chunks stay uncompressed: the usual compressors are C libraries.
         let options = WriteOptions::new().compression(None);
         let writer = options.create(BufWriter::new(file)).map_err(|fault| from_mcap(path, fault))?;
-        Ok(Self { path: path.to_owned(), writer, pending, buffer: Vec::new() })
+        Ok(Self { path: path.to_owned(), writer, buffer: Vec::new() })
     }
 
     /// Adds a topic of messages in one of Foxglove's schemas.
@@ -101,7 +103,10 @@ impl LogFile {
     /// Completes the file and puts it in place.
     pub(super) fn finish(mut self) -> Result<(), DataError> {
         self.writer.finish().map_err(|fault| from_mcap(&self.path, fault))?;
-        self.pending.publish(self.writer.into_inner())
+        let io = |source| DataError::io(&self.path, source);
+        let mut file = self.writer.into_inner().into_inner().map_err(|failed| io(failed.into_error()))?;
+        file.rewind().map_err(io)?;
+        write_atomically(&self.path, |out| std::io::copy(&mut file, out).map(drop))
     }
 
     fn append(&mut self, topic: &mut Topic, time_nanos: i64) -> Result<(), DataError> {

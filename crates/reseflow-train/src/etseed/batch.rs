@@ -3,15 +3,15 @@
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use reseflow_data::{ActionChunk, Observation, Window};
+use reseflow_data::{ActionChunk, Window};
 use reseflow_flow::{AnchoredChunk, Diffusion};
 
+use super::config::EtSeedConfig;
 use super::input::{KernelInput, SceneView, anchored_tensors, world_tensors};
 use super::net::EtSeedNet;
 use super::objective::left_factor_loss;
-use super::trainer::EtSeedRequest;
-use crate::TrainError;
-use crate::augment::{Scaling, drop_points, jitter};
+use crate::batch::{Scene, draw_window};
+use crate::{TrainError, TrainRequest};
 
 /// One drawn example.
 pub(super) struct Example {
@@ -25,40 +25,22 @@ pub(super) struct Example {
 
 /// Draws the examples of a shard.
 pub(super) fn draw(
-    request: &EtSeedRequest<'_>,
-    diffusion: &Diffusion,
+    request: &TrainRequest<'_, EtSeedConfig>,
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Example>, TrainError> {
-    let EtSeedRequest { config, train, demonstrations: data, .. } = *request;
+    let TrainRequest { model: config, train, demonstrations: data, .. } = *request;
     let decoder = &config.network.decoder;
-    let windows = Window::all(&data.episodes);
+    let diffusion = Diffusion::new(&config.diffusion)?;
     let mut examples = Vec::with_capacity(train.batch_size / train.shards);
     for _ in 0..train.batch_size / train.shards {
-        let mut window = windows[rng.random_range(0..windows.len())];
-        if rng.random::<f64>() < train.first_window_share {
-            window = Window { episode: rng.random_range(0..data.episodes.len()), step: 0 };
-        }
-        let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
-        let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
-        let mut clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-        if let Some(scaling) = Scaling::draw(&observed[observed.len() - 1].cloud, train, rng) {
-            observed.iter_mut().for_each(|seen| scaling.observation(seen));
-            scaling.actions(&mut clean);
-        }
-        for seen in &mut observed {
-            drop_points(&mut seen.cloud, train.drop_points, rng);
-            jitter(&mut seen.cloud, train.jitter_m, rng);
-        }
-        let progress = (window.step as f64 / decoder.horizon as f64).min(1.0);
-        let observed: Vec<&Observation> = observed.iter().collect();
-        let view =
-            SceneView::new(&observed, progress, &config.network.encoder.graph, config.diffusion.frame)?;
+        let window = draw_window(data, train, rng);
+        let scene = Scene::draw(window, data, decoder, train, rng);
+        let view = SceneView::new(&scene.seen(), config)?;
         let last = rng.random::<f64>() < config.last_step_share;
         let level = if last { 1 } else { rng.random_range(2..=config.diffusion.steps) };
-        let clean = view.anchor.see(&clean);
+        let clean = view.anchor.see(&scene.clean);
         let noisy = diffusion.noised(&clean, level, rng);
-        let weights = wanted.iter().map(|target| target.weight()).collect();
-        examples.push(Example { window, view, level, clean, noisy, weights });
+        examples.push(Example { window, view, level, clean, noisy, weights: scene.weights });
     }
     Ok(examples)
 }
@@ -67,8 +49,7 @@ pub(super) fn draw(
 pub(super) fn loss(
     net: &EtSeedNet,
     examples: &[Example],
-    levels: usize,
-    opening: f64,
+    config: &EtSeedConfig,
     device: &Device,
 ) -> Result<Tensor<1>, TrainError> {
     let mut total = Tensor::zeros([1], device);
@@ -90,13 +71,14 @@ pub(super) fn loss(
             let scenes = net.equivariant.trunk.encode(&views, device)?;
             (net.equivariant.forward(&scenes, &input)?, world_tensors(&views, &place(&clean), device))
         } else {
-            let at: Vec<f64> = group.iter().map(|example| example.level as f64 / levels as f64).collect();
+            let at: Vec<f64> =
+                group.iter().map(|example| example.level as f64 / config.diffusion.steps as f64).collect();
             let input = KernelInput::invariant(&views, &noisy, &at, device)?;
             let scenes = net.invariant.trunk.encode(&views, device)?;
             (net.invariant.forward(&scenes, &input)?, anchored_tensors(&clean, device))
         };
         let share = group.len() as f64 / examples.len() as f64;
-        total = total + left_factor_loss(&predicted, &targets, weights, opening).mul_scalar(share);
+        total = total + left_factor_loss(&predicted, &targets, weights, config.opening).mul_scalar(share);
     }
     Ok(total)
 }

@@ -1,4 +1,4 @@
-//! The baseline's configuration, the table `[baseline]`.
+//! The baseline's model: the sizes of its networks, its diffusion and its objective.
 
 use reseflow_flow::{Diffusion, DiffusionConfig};
 use reseflow_net::DriftNetConfig;

@@ -1,13 +1,15 @@
 //! What the kernels are shown: the observed scenes, and the noisy trajectories as scalars and as vectors.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use reseflow_data::{ActionChunk, Observation};
-use reseflow_flow::{Anchor, AnchoredChunk, DiffusionFrame, EndpointTargets};
+use reseflow_data::ActionChunk;
+use reseflow_flow::{Anchor, AnchoredChunk, EndpointTargets};
 use reseflow_lie::SE3;
-use reseflow_net::{CloudGraph, GraphConfig, GripperState, TokenBatch};
+use reseflow_net::{CloudGraph, DriftNetConfig, GripperState, TokenBatch};
 
+use super::config::EtSeedConfig;
 use crate::TrainError;
-use crate::convert::{graph, token, tokens};
+use crate::convert::{endpoint_tensors, graph, token, tokens};
+use crate::field::{Seen, progress};
 
 /// Makes offsets in a scene comparable with unit vectors, metres; the network's own.
 pub(super) const OFFSET_SCALE_M: f64 = 0.1;
@@ -32,20 +34,16 @@ pub(super) struct SceneView {
 
 impl SceneView {
     /// A scene from its frames, of which there is at least one.
-    pub(super) fn new(
-        observed: &[&Observation],
-        progress: f64,
-        config: &GraphConfig,
-        frame: DiffusionFrame,
-    ) -> Result<Self, TrainError> {
+    pub(super) fn new((observed, elapsed): &Seen<'_>, config: &EtSeedConfig) -> Result<Self, TrainError> {
         let Some(latest) = observed.last() else { return Err(TrainError::NoData) };
-        let graphs: Result<Vec<_>, _> = observed.iter().map(|seen| graph(seen, config)).collect();
+        let DriftNetConfig { encoder, decoder } = &config.network;
+        let graphs: Result<Vec<_>, _> = observed.iter().map(|seen| graph(seen, &encoder.graph)).collect();
         Ok(Self {
             graphs: graphs?,
             grippers: observed.iter().map(|seen| seen.world_from_gripper).collect(),
             openings: observed.iter().map(|seen| seen.gripper_opening).collect(),
-            progress,
-            anchor: Anchor::of(latest, frame),
+            progress: progress(*elapsed, decoder.horizon),
+            anchor: Anchor::of(latest, config.diffusion.frame),
         })
     }
 
@@ -150,7 +148,7 @@ pub(super) fn pose_numbers(pose: &SE3) -> [f64; POSE_NUMBERS] {
 /// Trajectories relative to their anchors as tensors.
 pub(super) fn anchored_tensors(chunks: &[AnchoredChunk], device: &Device) -> EndpointTargets {
     let actions = chunks.iter().flat_map(|chunk| &chunk.0);
-    pose_tensors(actions.map(|action| (action.anchor_from_gripper, action.opening)), device)
+    endpoint_tensors(actions.map(|action| (action.anchor_from_gripper, action.opening)), device)
 }
 
 /// Trajectories in the world's axes, from the gripper's origin, with openings relative to the present one.
@@ -166,21 +164,5 @@ pub(super) fn world_tensors(
             (pose, action.opening - view.anchor.opening)
         })
     });
-    pose_tensors(actions, device)
-}
-
-fn pose_tensors(actions: impl Iterator<Item = (SE3, f64)>, device: &Device) -> EndpointTargets {
-    let (mut rotations, mut positions, mut openings) = (Vec::new(), Vec::new(), Vec::new());
-    for (pose, opening) in actions {
-        // nalgebra iterates by columns, tensors are laid out by rows.
-        rotations.extend(pose.rotation.matrix().transpose().iter().copied());
-        positions.extend(pose.translation.iter().copied());
-        openings.push(opening);
-    }
-    let count = openings.len();
-    EndpointTargets {
-        rotations: Tensor::from_data(TensorData::new(rotations, [count, 3, 3]), device),
-        positions_m: Tensor::from_data(TensorData::new(positions, [count, 3]), device),
-        openings: Tensor::from_data(TensorData::new(openings, [count, 1]), device),
-    }
+    endpoint_tensors(actions, device)
 }

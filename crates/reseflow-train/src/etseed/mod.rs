@@ -5,14 +5,13 @@
 //! [`reseflow_flow::Diffusion`]'s.
 
 mod batch;
-mod checkpoint;
 mod config;
 mod denoiser;
 mod input;
 mod net;
 mod objective;
 mod policy;
-mod trainer;
+mod section;
 mod trunk;
 
 #[cfg(test)]
@@ -20,4 +19,4 @@ mod laws;
 
 pub use config::EtSeedConfig;
 pub use policy::EtSeedPolicy;
-pub use trainer::{EtSeedRequest, train_et_seed};
+pub use section::BaselineConfig;

@@ -18,7 +18,7 @@ const READ_OUT_GAIN: f64 = 0.1;
 
 /// Both kernels, with separate weights.
 #[derive(Module, Debug)]
-pub(super) struct EtSeedNet {
+pub struct EtSeedNet {
     pub(super) invariant: InvariantKernel,
     pub(super) equivariant: EquivariantKernel,
 }

@@ -1,6 +1,7 @@
 //! What was trained is what is loaded, and a flow's checkpoint is not the baseline's.
 
 use reseflow_data::{Policy, Split};
+use reseflow_flow::Solver;
 use reseflow_train::{DeviceKind, EtSeedPolicy, FlowPolicy};
 
 use crate::support::{Shelf, demonstrations, errors, histories, tiny_config, tiny_training};
@@ -10,9 +11,9 @@ fn damaged_and_foreign_checkpoints_are_refused_by_name() {
     let shelf = Shelf::new();
     let data = demonstrations(Split::Train, 1);
     shelf.train("good", &tiny_config(), &tiny_training(2), &data, None).unwrap();
-    assert_eq!(shelf.policy("good").config(), &tiny_config());
+    assert_eq!(shelf.policy("good").model(), &tiny_config());
     let foreign = FlowPolicy::load(&shelf.path("good"), DeviceKind::Cpu).unwrap_err().to_string();
-    assert!(foreign.contains("config.toml"), "{foreign}");
+    assert!(foreign.contains("config.toml") && foreign.contains("of kind `et_seed`"), "{foreign}");
 
     let load = |file: &str, change: &dyn Fn(String) -> String| {
         let copy = shelf.path("copy");
@@ -36,7 +37,7 @@ fn damaged_and_foreign_checkpoints_are_refused_by_name() {
         }
     };
     for (change, part) in [
-        (replaced("\"et_seed\"", "\"flow\""), "config.toml"),
+        (replaced("\"et_seed\"", "\"flow\""), "expected `et_seed`"),
         (replaced("last_step_share", "last_step"), "last_step"),
         (replaced("steps = 100", "steps = 0"), "diffusion.steps"),
         (replaced("token_scalars = 32", "token_scalars = 16"), "model.safetensors"),
@@ -54,7 +55,7 @@ fn a_reset_replays_the_plans_of_an_episode_and_each_plan_has_its_own_noise() {
     let data = demonstrations(Split::Train, 1);
     shelf.train("policy", &tiny_config(), &tiny_training(5), &data, None).unwrap();
     let mut policy = shelf.policy("policy");
-    policy.set_steps(3);
+    policy.set_solver(Solver::Euler { steps: 3 });
     let seen = histories(&data, 0).remove(0);
     let mut plans = |seed: u64| {
         policy.reset(seed);

@@ -4,4 +4,5 @@
 mod checkpoints;
 mod equivariance;
 mod learning;
+mod resume;
 mod support;

@@ -7,8 +7,8 @@ use reseflow_lie::geodesic_distance;
 use reseflow_net::{DecoderConfig, DriftNetConfig, EncoderConfig, GraphConfig, RadialBasis};
 use reseflow_sim::{GenerateRequest, generate, task};
 use reseflow_train::{
-    DeviceKind, EtSeedConfig, EtSeedPolicy, EtSeedRequest, PolicySample, TrainConfig, TrainError,
-    TrainObserver, TrainSummary, UpdateMetrics, ValidationMetrics, train_et_seed,
+    DeviceKind, EtSeedConfig, EtSeedPolicy, PolicySample, Resume, TrainConfig, TrainError, TrainObserver,
+    TrainRequest, TrainSummary, UpdateMetrics, ValidationMetrics, train,
 };
 
 /// The expert's demonstrations of the rotating triangle.
@@ -21,7 +21,7 @@ pub(crate) fn demonstrations(split: Split, episodes: usize) -> Dataset {
 /// Two networks of a few thousand numbers.
 pub(crate) fn tiny_config() -> EtSeedConfig {
     let encoder = EncoderConfig {
-        graph: GraphConfig { centres: 8, point_neighbors: 6, centre_neighbors: 4 },
+        graph: GraphConfig { centres: 8, point_neighbors: 6, centre_neighbors: 4, color_m: 0.0 },
         channels: 8,
         layers: 1,
         nodes: 2,
@@ -91,14 +91,23 @@ impl Shelf {
         &self,
         name: &str,
         config: &EtSeedConfig,
-        train: &TrainConfig,
+        train_config: &TrainConfig,
         demonstrations: &Dataset,
         validation: Option<&Dataset>,
     ) -> Result<(TrainSummary, Journal), TrainError> {
         let (mut journal, out) = (Journal::default(), self.path(name));
-        let device = DeviceKind::Cpu;
-        let request = EtSeedRequest { config, train, demonstrations, validation, device, out: &out };
-        let summary = train_et_seed(&request, &mut journal)?;
+        let request = TrainRequest {
+            model: config,
+            train: train_config,
+            demonstrations,
+            mixture: None,
+            validation,
+            start: None,
+            resume: Resume::Never,
+            device: DeviceKind::Cpu,
+            out: &out,
+        };
+        let summary = train(&request, &mut journal)?;
         Ok((summary, journal))
     }
 

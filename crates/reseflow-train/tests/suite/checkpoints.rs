@@ -1,7 +1,9 @@
 //! What was trained is what is loaded.
 
 use reseflow_data::{ObservationHistory, Policy, Split};
-use reseflow_train::{DeviceKind, FlowPolicy, ModelConfig, TrainConfig};
+use reseflow_train::{
+    CheckpointConfig, DeviceKind, FlowPolicy, ModelConfig, PolicyKind, TrainConfig, read_kind,
+};
 
 use crate::support::{Shelf, contents, demonstrations, histories, mean_d_geo, tiny_model, tiny_training};
 
@@ -19,8 +21,14 @@ fn a_loaded_policy_predicts_what_the_trained_one_did() {
     assert_eq!(mean_d_geo(&drawn, &held_out), summary.validation.unwrap().d_geo);
 
     let text = contents(&shelf.path("policy"))["config.toml"].clone();
-    let config: ModelConfig = toml::from_str(std::str::from_utf8(&text).unwrap()).unwrap();
-    assert_eq!(config, tiny_model());
+    let kept: CheckpointConfig<ModelConfig> = toml::from_str(std::str::from_utf8(&text).unwrap()).unwrap();
+    assert_eq!((kept.kind, kept.model, kept.train), (PolicyKind::Flow, tiny_model(), Some(config)));
+
+    // A checkpoint that says no kind is a flow's, and its whole configuration is the model's.
+    let old = toml::to_string(&tiny_model()).unwrap();
+    std::fs::write(shelf.path("policy").join("config.toml"), old).unwrap();
+    assert_eq!(shelf.policy("policy").predict(&seen, &[3407], 1).unwrap(), drawn);
+    assert_eq!(read_kind(&shelf.path("policy")).unwrap(), (PolicyKind::Flow, None));
 
     std::fs::rename(shelf.path("policy"), shelf.path("moved")).unwrap();
     assert_eq!(shelf.policy("moved").predict(&seen, &[3407], 1).unwrap(), drawn);
@@ -113,4 +121,42 @@ fn an_observation_that_the_network_cannot_use_is_an_error() {
     let mut nowhere = frame.clone();
     nowhere.world_from_gripper.translation.x = f64::NAN;
     refuses(ObservationHistory::new(nowhere, 2), "finite");
+}
+
+#[cfg(unix)]
+#[test]
+fn every_file_of_a_checkpoint_has_the_permissions_of_an_ordinary_one() {
+    use std::os::unix::fs::PermissionsExt;
+    let shelf = Shelf::new();
+    shelf.train("policy", &tiny_training(2), &demonstrations(Split::Train, 1), None).unwrap();
+    std::fs::write(shelf.path("plain"), "").unwrap();
+    let mode = |path: std::path::PathBuf| std::fs::metadata(path).unwrap().permissions().mode();
+    for name in contents(&shelf.path("policy")).keys() {
+        assert_eq!(mode(shelf.path("policy").join(name)), mode(shelf.path("plain")), "{name}");
+    }
+}
+
+#[test]
+fn predictions_do_not_depend_on_how_many_are_made_at_once() {
+    let shelf = Shelf::new();
+    let data = demonstrations(Split::Train, 2);
+    shelf.train("policy", &tiny_training(5), &data, None).unwrap();
+    let policy = shelf.policy("policy");
+    let seen = histories(&data, 2);
+    // 66 histories are drawn in three groups; the last history of the first group and those behind it see their own streams.
+    let many: Vec<_> = (0..66).map(|index| seen[index % 2].clone()).collect();
+    let all = policy.predict(&many, &[5], 2).unwrap();
+    // The sums of a smaller batch are rounded otherwise, no more.
+    for end in [20, 66] {
+        for (index, one) in policy.predict(&many[..end], &[5], 2).unwrap().iter().enumerate() {
+            for (a, b) in one[0].consensus.iter().zip(all[index][0].consensus.iter()) {
+                let apart = reseflow_lie::geodesic_distance(&a.world_from_gripper, &b.world_from_gripper);
+                assert!(apart.d_geo() < 1e-5, "history {index} among {end}: {apart:?}");
+            }
+        }
+    }
+    assert_eq!(all.len(), 66);
+    for (index, one) in all.iter().enumerate() {
+        assert!(!all[..index].contains(one), "history {index} has the noise of another one");
+    }
 }

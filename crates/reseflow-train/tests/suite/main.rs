@@ -8,6 +8,7 @@ mod equivariance;
 mod flows;
 mod learning;
 mod reflow;
+mod regressor;
 mod replacement;
 mod resume;
 mod schedule;

@@ -16,7 +16,15 @@ fn the_kept_weights_are_those_of_the_best_validation() {
         let drawn = shelf.policy(name).predict(&histories(&data, 0), &[3407], 1).unwrap();
         mean_d_geo(&drawn, &data)
     };
-    let (last, journal) = shelf.train("last", &wild, &data, Some(&data)).unwrap();
+    // Where such steps lead is chance; the first seed whose last policy is not its best one shows what is to be shown.
+    let mut trainings = (1..=8).map(|seed| {
+        let wild = TrainConfig { seed, ..wild.clone() };
+        let (last, journal) = shelf.train("last", &wild, &data, Some(&data)).unwrap();
+        (wild, last, journal)
+    });
+    let (wild, last, journal) = trainings
+        .find(|(_, last, _)| last.best.unwrap().update < last.validation.unwrap().update)
+        .unwrap_or_else(|| panic!("every training ended with its best policy, so this shows nothing"));
     let config = TrainConfig { keep: Keep::Best, ..wild };
     let (best, _) = shelf.train("best", &config, &data, Some(&data)).unwrap();
     println!("{:?}", journal.validations.iter().map(|seen| seen.d_geo).collect::<Vec<_>>());
@@ -24,7 +32,7 @@ fn the_kept_weights_are_those_of_the_best_validation() {
     assert_eq!(best.best.unwrap().d_geo, lowest);
     assert_eq!(score("best"), lowest);
     assert_eq!(score("last"), last.validation.unwrap().d_geo);
-    assert!(lowest < score("last"), "the last policy was the best one, so this shows nothing");
+    assert!(lowest < score("last"));
 }
 
 #[test]

@@ -23,7 +23,7 @@ pub(crate) fn demonstrations(split: Split, episodes: usize) -> Dataset {
 
 /// A network of a few thousand numbers.
 pub(crate) fn tiny_model() -> ModelConfig {
-    let graph = GraphConfig { centres: 8, point_neighbors: 6, centre_neighbors: 4 };
+    let graph = GraphConfig { centres: 8, point_neighbors: 6, centre_neighbors: 4, color_m: 0.0 };
     let encoder = EncoderConfig {
         graph,
         channels: 8,
@@ -42,7 +42,7 @@ pub(crate) fn tiny_model() -> ModelConfig {
     };
     let prior = GripperPrior { sigma_rotation_rad: 0.5, sigma_translation_m: 0.1, sigma_opening: 0.2 };
     let network = DriftNetConfig { encoder, decoder };
-    ModelConfig { network, prior: Prior::Gripper(prior), path: FlowPath::Screw }
+    ModelConfig { network, prior: Prior::Gripper(prior), path: FlowPath::Screw, regression: false }
 }
 
 /// A training of `updates` updates on small batches.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use reseflow_data::Split;
 
-use crate::config::Override;
+use super::SolverArgs;
+use crate::config::{Override, UNIMODAL_D_GEO};
 
 /// Simulate, train, evaluate and look at SE(3)-equivariant rectified-flow policies.
 #[derive(Debug, Parser)]
@@ -33,7 +34,7 @@ pub struct Cli {
 pub enum Command {
     /// Record expert demonstrations of a task in the simulator
     Gen(GenArgs),
-    /// Say what a data set, a prediction file or an MCAP log holds
+    /// Say what a data set, a prediction file, a pair file or an MCAP log holds
     Inspect(InspectArgs),
     /// Train a policy on a data set
     Train(TrainArgs),
@@ -130,9 +131,10 @@ pub struct GenArgs {
 #[command(after_help = "Examples:
   reseflow inspect train.npz
   reseflow inspect predictions.npz --json
+  reseflow inspect flow-2.pairs.npz
   reseflow inspect log.mcap")]
 pub struct InspectArgs {
-    /// A data set or a prediction file (.npz), or a log (.mcap)
+    /// A data set, a prediction file or a pair file (.npz), or a log (.mcap)
     pub file: PathBuf,
 }
 
@@ -142,10 +144,12 @@ pub struct InspectArgs {
   reseflow train --config configs/quickstart.toml --data train.npz --validation validation.npz --out runs/mine
   reseflow train --config configs/quickstart.toml --data train.npz --out runs/small --set train.batch_size=8
   reseflow train --config configs/quickstart.toml --data train.npz --out runs/small --set train.batch_size=8 --resume
+  reseflow train --config configs/quickstart.toml --data train.npz --out runs/et-seed --baseline
+  reseflow train --config configs/quickstart.toml --data train.npz --out runs/regressor --set model.regression=true
 
 Every `train.save_every` updates the training's state goes to DIR.partial, which disappears once DIR is whole.")]
 pub struct TrainArgs {
-    /// A configuration; its `model` and `train` tables count
+    /// A configuration; its `model` and `train` tables count, for the baseline its `baseline` table as well
     #[arg(long, value_name = "FILE.toml")]
     pub config: PathBuf,
     /// The demonstrations
@@ -157,6 +161,9 @@ pub struct TrainArgs {
     /// The checkpoint's folder
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Train the baseline (ET-SEED's diffusion) instead of a flow
+    #[arg(long)]
+    pub baseline: bool,
     /// Go on where an interrupted training of the same configuration and data stopped, to the same bytes
     #[arg(long)]
     pub resume: bool,
@@ -211,6 +218,7 @@ pub struct ReflowArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   reseflow predict --checkpoint runs/mine --data test.npz --steps 1 --seeds 10 --out predictions.npz
+  reseflow predict --checkpoint runs/mine --data test.npz --solver rk45 --rtol 1e-3 --out predictions.npz
 
 Writes `pose` [episodes, seeds, L, 4, 4] and `opening` [episodes, seeds, L] for the noise seeds 3407, 3408, …")]
 pub struct PredictArgs {
@@ -220,9 +228,12 @@ pub struct PredictArgs {
     /// The episodes
     #[arg(long, value_name = "FILE.npz")]
     pub data: PathBuf,
-    /// Integration steps
-    #[arg(long, default_value = "1", value_parser = positive)]
-    pub steps: usize,
+    /// Integration steps; of the baseline, how many noise levels are visited [default: 1]
+    #[arg(long, value_parser = positive)]
+    pub steps: Option<usize>,
+    /// How a flow is integrated
+    #[command(flatten)]
+    pub solver: SolverArgs,
     /// Noise seeds, from 3407 on
     #[arg(long, default_value = "10", value_parser = positive)]
     pub seeds: usize,
@@ -238,7 +249,9 @@ pub struct PredictArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   reseflow eval --checkpoint runs/mine --data test.npz --steps 1,2,10,50,100 --seeds 10 --out eval.json
-  reseflow eval --checkpoint runs/mine --data test.npz --train-data train.npz --out eval.json")]
+  reseflow eval --checkpoint runs/mine --data test.npz --train-data train.npz --out eval.json
+  reseflow eval --checkpoint runs/et-seed --data test.npz --steps 1,2,10,50,100 --out et-seed.json
+  reseflow eval --checkpoint runs/mine --data test.npz --solver rk45 --rtol 1e-3 --out eval.json")]
 pub struct EvalArgs {
     /// The checkpoint's folder
     #[arg(long, value_name = "DIR")]
@@ -246,9 +259,15 @@ pub struct EvalArgs {
     /// The held-out episodes
     #[arg(long, value_name = "FILE.npz")]
     pub data: PathBuf,
-    /// Numbers of integration steps
-    #[arg(long, value_delimiter = ',', default_value = "1,2,10,50,100", value_parser = positive)]
+    /// Numbers of integration steps; of the baseline, how many noise levels are visited [default: 1,2,10,50,100; a regressor's: 1]
+    #[arg(long, value_delimiter = ',', value_parser = positive)]
     pub steps: Vec<usize>,
+    /// How a flow is integrated
+    #[command(flatten)]
+    pub solver: SolverArgs,
+    /// What D_geo is where there is one mode only: samples three times as far from both experts count as between them
+    #[arg(long, default_value_t = UNIMODAL_D_GEO, value_parser = above_zero)]
+    pub unimodal_d_geo: f64,
     /// Noise seeds, from 3407 on
     #[arg(long, default_value = "10", value_parser = positive)]
     pub seeds: usize,
@@ -267,7 +286,10 @@ pub struct EvalArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   reseflow rollout --policy expert --task triangle --episodes 100 --seed 1 --steps 1 --out expert.json
-  reseflow rollout --policy runs/mine --task triangle --episodes 50 --seed 1 --steps 1 --mcap log.mcap --out mine.json")]
+  reseflow rollout --policy runs/mine --task triangle --episodes 50 --seed 1 --steps 1 --mcap log.mcap --out mine.json
+  reseflow rollout --policy runs/mine --task triangle --episodes 50 --seed 1 --steps 5 --solver heun --out heun.json
+
+A policy whose checkpoint says that it has learned another task is refused, unless --any-task is given.")]
 pub struct RolloutArgs {
     /// `expert`, `still`, or a checkpoint's folder
     #[arg(long, value_name = "expert|still|DIR")]
@@ -281,9 +303,15 @@ pub struct RolloutArgs {
     /// The same seed gives the same scenes
     #[arg(long)]
     pub seed: u64,
-    /// Integration steps of a learned policy
-    #[arg(long, default_value = "1", value_parser = positive)]
-    pub steps: usize,
+    /// Integration steps of a learned policy; of the baseline, how many noise levels are visited [default: 1]
+    #[arg(long, value_parser = positive)]
+    pub steps: Option<usize>,
+    /// How a flow is integrated
+    #[command(flatten)]
+    pub solver: SolverArgs,
+    /// Let a policy act on a task that it has not learned
+    #[arg(long)]
+    pub any_task: bool,
     /// Which part of the task's distribution
     #[arg(long, value_enum, default_value_t = SplitArg::Test)]
     pub split: SplitArg,
@@ -342,4 +370,9 @@ fn positive(text: &str) -> Result<usize, String> {
         Ok(value) if value > LARGEST_COUNT => Err(format!("expected at most {LARGEST_COUNT}")),
         Ok(value) => Ok(value),
     }
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "expected a number greater than 0".to_owned())
 }

@@ -2,9 +2,11 @@
 
 mod args;
 mod parse;
+mod solver;
 
 pub use args::{
     Cli, Command, DeviceArg, EvalArgs, GenArgs, InspectArgs, PredictArgs, ReflowArgs, RolloutArgs, RunArgs,
     SplitArg, TrainArgs,
 };
 pub use parse::{Parsed, parse};
+pub use solver::SolverArgs;

@@ -11,6 +11,8 @@ pub(super) fn execute(args: &EvalArgs, terminal: &Terminal) -> anyhow::Result<()
         data: args.data.clone(),
         train_data: args.train_data.clone(),
         steps: args.steps.clone(),
+        solver: args.solver.choice(!args.steps.is_empty())?,
+        unimodal_d_geo: args.unimodal_d_geo,
         seeds: args.seeds,
         device: args.device.into(),
     };

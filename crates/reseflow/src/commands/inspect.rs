@@ -1,9 +1,12 @@
 //! `reseflow inspect`: what a file holds, found out from the file and not from its name.
 
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::Path;
 
-use reseflow_data::{DataError, DatasetSummary, HashCheck, McapSummary, PoseRange, Predictions};
+use reseflow_data::{
+    DataError, DatasetSummary, HashCheck, McapSummary, PairMeta, PairSet, PoseRange, Predictions,
+};
 use serde::Serialize;
 
 use crate::cli::InspectArgs;
@@ -15,6 +18,7 @@ use crate::output::{Table, Terminal};
 enum Contents {
     DataSet(Box<DatasetSummary>),
     Predictions(PredictionSummary),
+    Pairs(PairSummary),
     Log(McapSummary),
 }
 
@@ -25,12 +29,23 @@ struct PredictionSummary {
     horizon: usize,
 }
 
+#[derive(Debug, Serialize)]
+struct PairSummary {
+    windows: usize,
+    noises: usize,
+    horizon: usize,
+    episodes: usize,
+    #[serde(flatten)]
+    meta: PairMeta,
+}
+
 /// Runs the command.
 pub(super) fn execute(args: &InspectArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let contents = read(&args.file)?;
     terminal.say(match &contents {
         Contents::DataSet(summary) => data_set_table(&args.file, summary),
         Contents::Predictions(summary) => prediction_table(&args.file, summary),
+        Contents::Pairs(summary) => pair_table(&args.file, summary),
         Contents::Log(summary) => log_table(&args.file, summary),
     });
     terminal.machine(&contents)
@@ -53,23 +68,37 @@ fn read(path: &Path) -> anyhow::Result<Contents> {
     }
 }
 
-/// Arrays called `pose` and `opening` make a prediction file, everything else ought to be a data set.
+/// What the names of its arrays make it: `window` a pair file, `pose` a prediction file, everything else ought to be a data set.
 fn read_npz(path: &Path) -> anyhow::Result<Contents> {
     let data_set = match DatasetSummary::read(path) {
         Ok(summary) => return Ok(Contents::DataSet(Box::new(summary))),
         Err(fault) => fault,
     };
-    match Predictions::read(path) {
-        Ok(predictions) => {
-            let seeds = predictions.chunks.first().map_or(0, Vec::len);
-            let horizon = predictions.chunks.first().and_then(|of| of.first()).map_or(0, |chunk| chunk.len());
-            Ok(Contents::Predictions(PredictionSummary {
-                episodes: predictions.chunks.len(),
-                seeds,
-                horizon,
-            }))
-        }
+    if let Ok(predictions) = Predictions::read(path) {
+        let seeds = predictions.chunks.first().map_or(0, Vec::len);
+        let horizon = predictions.chunks.first().and_then(|of| of.first()).map_or(0, |chunk| chunk.len());
+        let episodes = predictions.chunks.len();
+        return Ok(Contents::Predictions(PredictionSummary { episodes, seeds, horizon }));
+    }
+    match PairSet::read(path) {
+        Ok(pairs) => Ok(Contents::Pairs(PairSummary::of(pairs))),
+        // What is wrong with the pairs is the fault only where there are some.
+        Err(fault) if !fault.to_string().contains("no array `window`") => Err(fault.into()),
         Err(_) => Err(data_set.into()),
+    }
+}
+
+impl PairSummary {
+    fn of(PairSet { windows, meta }: PairSet) -> Self {
+        let first = windows.first();
+        let episodes: BTreeSet<usize> = windows.iter().map(|of| of.window.episode).collect();
+        Self {
+            windows: windows.len(),
+            noises: first.map_or(0, |of| of.pairs.len()),
+            horizon: first.and_then(|of| of.pairs.first()).map_or(0, |pair| pair.noise.len()),
+            episodes: episodes.len(),
+            meta,
+        }
     }
 }
 
@@ -117,6 +146,20 @@ fn prediction_table(path: &Path, summary: &PredictionSummary) -> Table {
     table.fact("episodes E", summary.episodes);
     table.fact("noise seeds S", summary.seeds);
     table.fact("horizon L", summary.horizon);
+    table
+}
+
+fn pair_table(path: &Path, summary: &PairSummary) -> Table {
+    let mut table = Table::facts("pairs", &path.display().to_string());
+    table.fact(
+        "windows W / noises M / horizon L",
+        format!("{} / {} / {}", summary.windows, summary.noises, summary.horizon),
+    );
+    table.fact("episodes", summary.episodes);
+    let short = |hash: &str| hash.chars().take(16).collect::<String>() + "…";
+    table.fact("checkpoint", short(&summary.meta.checkpoint_hash));
+    table.fact("data", short(&summary.meta.data_hash));
+    table.fact("settings", &summary.meta.settings);
     table
 }
 

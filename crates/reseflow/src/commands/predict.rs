@@ -4,8 +4,9 @@ use reseflow_data::{Dataset, Predictions};
 use serde::Serialize;
 
 use crate::cli::PredictArgs;
-use crate::evaluation::{noise_seeds, predict_first};
-use crate::learning::load_policy;
+use crate::error::about_data;
+use crate::evaluation::{noise_seeds, note_task, predict_first};
+use crate::learning::LearnedPolicy;
 use crate::output::{OutputFile, Table, Terminal};
 
 #[derive(Debug, Serialize)]
@@ -13,35 +14,45 @@ struct PredictReport {
     out: String,
     episodes: usize,
     seeds: Vec<u64>,
+    solver: &'static str,
     steps: usize,
+    evaluations: usize,
     secs: f64,
 }
 
 /// Runs the command.
 pub(super) fn execute(args: &PredictArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let dataset = Dataset::read(&args.data)?;
-    let policy = load_policy(&args.checkpoint, args.device.into())?;
+    let solver = args.solver.choice(args.steps.is_some())?.with_steps(args.steps.unwrap_or(1));
+    let policy = LearnedPolicy::load(&args.checkpoint, args.device.into())?;
     let out = OutputFile::claim_apart(&args.out, &[&args.data, &args.checkpoint])?;
 
     let seeds = noise_seeds(args.seeds);
     let started = std::time::Instant::now();
-    let samples = predict_first(&policy, &dataset, &seeds, args.steps)?;
+    note_task(&args.checkpoint, &args.data, &dataset, terminal)?;
+    let drawn = predict_first(policy.sampler(), &dataset, &seeds, &solver)
+        .map_err(|fault| about_data(&args.data, None, fault))?;
     let secs = started.elapsed().as_secs_f64();
     let chunks =
-        samples.into_iter().map(|of| of.into_iter().map(|sample| sample.consensus).collect()).collect();
+        drawn.samples.into_iter().map(|of| of.into_iter().map(|sample| sample.consensus).collect()).collect();
     Predictions { chunks }.write(out.path())?;
 
     let report = PredictReport {
         out: args.out.display().to_string(),
         episodes: dataset.len(),
         seeds,
-        steps: args.steps,
+        solver: solver.name(),
+        steps: drawn.steps,
+        evaluations: drawn.evaluations,
         secs,
     };
     let mut table = Table::facts("predictions", &report.out);
     table.fact("episodes", report.episodes);
     table.fact("noise seeds", report.seeds.len());
-    table.fact("integration steps", report.steps);
+    table.fact(
+        "integration steps",
+        format!("{} ({}, {} evaluations)", report.steps, report.solver, report.evaluations),
+    );
     table.fact("time", format!("{secs:.2} s"));
     terminal.say(table);
     terminal.machine(&report)

@@ -8,7 +8,7 @@ use reseflow_train::Resume;
 use crate::cli::ReflowArgs;
 use crate::config::load_experiment;
 use crate::error::bad_input;
-use crate::learning::load_policy;
+use crate::learning::load_flow;
 use crate::output::{OutputFile, OutputFolder, Terminal};
 use crate::reflow::{ReflowReport, Round};
 
@@ -27,7 +27,7 @@ pub(super) fn execute(args: &ReflowArgs, terminal: &Terminal) -> anyhow::Result<
             "{place}: is the flow to start from, expected another folder for the next"
         )));
     }
-    load_policy(&args.checkpoint, config.device)?;
+    load_flow(&args.checkpoint, config.device)?;
     let data = DatasetFile::read(&args.data)?;
     let validation = args.validation.as_deref().map(Dataset::read).transpose()?;
     OutputFolder::claim_around(&args.out)?;

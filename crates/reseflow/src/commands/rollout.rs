@@ -5,32 +5,36 @@ use std::path::{Path, PathBuf};
 use reseflow_data::Task;
 
 use crate::cli::RolloutArgs;
-use crate::learning::load_policy;
+use crate::error::bad_input;
+use crate::learning::{LearnedPolicy, learned_task};
 use crate::output::{OutputFile, Terminal};
 use crate::provenance::Provenance;
 use crate::rollouts::{
     Actor, EpisodeResult, PREVIEW_EPISODES, PictureBook, PreviewFiles, RolloutReport, RolloutRequest, Script,
     Witness, find_split_task, run_episodes,
 };
-use reseflow_train::{DeviceKind, FlowPolicy};
+use reseflow_train::DeviceKind;
 
 /// Runs the command.
 pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let task = find_split_task(&args.task, args.split)?;
     let device: DeviceKind = args.device.into();
+    let choice = args.solver.choice(args.steps.is_some())?;
     let mut learned = match args.policy.as_str() {
         "expert" | "still" => None,
-        folder => Some(load_policy(Path::new(folder), device)?),
-    };
-    let observation_horizon = learned.as_ref().map_or(1, FlowPolicy::observation_horizon);
-    let steps = learned.is_some().then_some(args.steps);
-    let mut actor = match (&mut learned, args.policy.as_str()) {
-        (Some(policy), _) => {
-            policy.set_steps(args.steps);
-            Actor::Learned(policy)
+        folder => {
+            let folder = Path::new(folder);
+            let policy = LearnedPolicy::load(folder, device)?;
+            check_task(folder, args)?;
+            Some(policy)
         }
-        (None, "expert") => Actor::Scripted(Script::Expert),
-        (None, _) => Actor::Scripted(Script::Still),
+    };
+    let observation_horizon = learned.as_ref().map_or(1, |policy| policy.sampler().observation_horizon());
+    let solver = learned.is_some().then(|| choice.with_steps(args.steps.unwrap_or(1)));
+    let mut actor = match (&mut learned, solver) {
+        (Some(policy), Some(solver)) => Actor::Learned(policy.acting(solver)),
+        _ if args.policy == "expert" => Actor::Scripted(Script::Expert),
+        _ => Actor::Scripted(Script::Still),
     };
     let request = RolloutRequest {
         split: args.split.into(),
@@ -40,7 +44,7 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
         n_action_steps: args.n_action_steps,
         disturb: args.disturb,
     };
-    let checkpoint = steps.map(|_| Path::new(&args.policy));
+    let checkpoint = solver.map(|_| Path::new(&args.policy));
     let mut others: Vec<&Path> = args.preview.iter().map(PathBuf::as_path).chain(checkpoint).collect();
     let log = args.mcap.as_deref().map(|path| OutputFile::claim_apart(path, &others)).transpose()?;
     others.extend(args.mcap.as_deref());
@@ -48,10 +52,26 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
     let results = run(args, task.as_ref(), &request, &mut actor, log.as_ref(), terminal)?;
     let provenance = Provenance::gather(&format!("{device:?}").to_lowercase());
     let split = args.split.to_string();
-    let report = RolloutReport::new(&args.policy, steps, &args.task, &split, &request, &results, provenance);
+    let mut report =
+        RolloutReport::new(&args.policy, solver.as_ref(), &args.task, &split, &request, &results, provenance);
+    if let Some(checkpoint) = checkpoint {
+        report = report.of_checkpoint(checkpoint);
+    }
     out.write_json(&report)?;
     terminal.say(report.table());
     terminal.machine(&report)
+}
+
+/// Refuses a policy that has learned another task, unless that is wanted.
+fn check_task(checkpoint: &Path, args: &RolloutArgs) -> anyhow::Result<()> {
+    match learned_task(checkpoint)? {
+        Some(learned) if learned != args.task && !args.any_task => Err(bad_input(format!(
+            "{}: has learned the task `{learned}`, not `{}`; --any-task lets it act all the same",
+            checkpoint.display(),
+            args.task
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn run(

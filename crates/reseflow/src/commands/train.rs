@@ -5,7 +5,8 @@ use reseflow_train::Resume;
 
 use crate::cli::TrainArgs;
 use crate::config::load_experiment;
-use crate::learning::train_policy;
+use crate::error::about_data;
+use crate::learners::{Learner, Training};
 use crate::output::{OutputFolder, Terminal};
 
 /// Runs the command.
@@ -18,7 +19,17 @@ pub(super) fn execute(args: &TrainArgs, terminal: &Terminal) -> anyhow::Result<(
     let validation = args.validation.as_deref().map(Dataset::read).transpose()?;
     OutputFolder::claim_around(&args.out)?;
     let resume = if args.resume { Resume::Always } else { Resume::Never };
-    let summary = train_policy(&config, &demonstrations, validation.as_ref(), &args.out, resume, terminal)?;
+    let training = Training {
+        config: &config,
+        demonstrations: &demonstrations,
+        validation: validation.as_ref(),
+        out: &args.out,
+        resume,
+    };
+    let learner = if args.baseline { Learner::Baseline } else { Learner::Flow(1) };
+    let summary = training
+        .run(learner, terminal)
+        .map_err(|fault| about_data(&args.data, args.validation.as_deref(), fault))?;
     terminal.say(format!("checkpoint: {}", args.out.display()));
     terminal.machine(&summary)
 }

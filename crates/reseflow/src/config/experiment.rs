@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use reseflow_train::{DeviceKind, ModelConfig, ReflowConfig, TrainConfig};
+use reseflow_train::{BaselineConfig, DeviceKind, ModelConfig, ReflowConfig, TrainConfig};
+
+use super::SolverChoice;
 
 /// An experiment on one task. Every key has a default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +29,12 @@ pub struct ExperimentConfig {
     /// How Flow 2 is made of Flow 1; without this table there is Flow 1 only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reflow: Option<ReflowConfig>,
+    /// How the baseline is trained beside; without this table it is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<BaselineConfig>,
+    /// Whether a deterministic regressor is trained beside, with Flow 1's network and settings.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub regressor: bool,
     /// The scoring on recorded episodes.
     pub eval: EvalConfig,
     /// The rollouts in the simulator.
@@ -55,6 +63,10 @@ pub struct EvalConfig {
     pub steps: Vec<usize>,
     /// Noise seeds, from 3407 on.
     pub seeds: usize,
+    /// How flows are integrated.
+    pub solver: SolverChoice,
+    /// What D̄_geo is where there is one mode only: samples three times as far from both experts count as between them.
+    pub unimodal_d_geo: f64,
 }
 
 /// How a policy is rolled out.
@@ -65,6 +77,8 @@ pub struct RolloutSection {
     pub episodes: usize,
     /// Integration steps.
     pub steps: usize,
+    /// How the flow is integrated.
+    pub solver: SolverChoice,
     /// Actions executed before the policy looks and plans again.
     pub n_action_steps: usize,
     /// Episodes in the MCAP log.
@@ -86,6 +100,8 @@ impl Default for ExperimentConfig {
             model: ModelConfig::default(),
             train: TrainConfig::default(),
             reflow: None,
+            baseline: None,
+            regressor: false,
             eval: EvalConfig::default(),
             rollout: RolloutSection::default(),
         }
@@ -100,7 +116,12 @@ impl Default for DataConfig {
 
 impl Default for EvalConfig {
     fn default() -> Self {
-        Self { steps: vec![1, 2, 10, 50, 100], seeds: 10 }
+        Self {
+            steps: EVAL_STEPS.to_vec(),
+            seeds: 10,
+            solver: SolverChoice::default(),
+            unimodal_d_geo: UNIMODAL_D_GEO,
+        }
     }
 }
 
@@ -109,6 +130,7 @@ impl Default for RolloutSection {
         Self {
             episodes: 50,
             steps: 1,
+            solver: SolverChoice::default(),
             n_action_steps: 3,
             log_episodes: 5,
             picture_episodes: 4,
@@ -116,6 +138,12 @@ impl Default for RolloutSection {
         }
     }
 }
+
+/// The numbers of integration steps that policies are scored with.
+pub const EVAL_STEPS: [usize; 5] = [1, 2, 10, 50, 100];
+
+/// What a policy reaches where there is one mode only: D̄_geo of the quick start's, on held-out episodes in one step.
+pub const UNIMODAL_D_GEO: f64 = 0.035;
 
 /// The largest count that a configuration may ask for.
 const LARGEST_COUNT: usize = 1_000_000;
@@ -160,10 +188,54 @@ impl ExperimentConfig {
                 "`name` is `{name}`, expected letters, digits, `-`, `_` and `.`: it names a folder"
             ));
         }
+        for (table, solver) in [("eval", self.eval.solver), ("rollout", self.rollout.solver)] {
+            solver.validate().map_err(|fault| format!("`{table}.solver`: {fault}"))?;
+        }
+        let unimodal = self.eval.unimodal_d_geo;
+        if !(unimodal.is_finite() && unimodal > 0.0) {
+            return Err(format!("`eval.unimodal_d_geo` is {unimodal}, expected a number greater than 0"));
+        }
         self.model.validate().map_err(|fault| fault.to_string())?;
         self.train.validate().map_err(|fault| fault.to_string())?;
-        let reflow = self.reflow.as_ref().map_or(Ok(()), |reflow| reflow.validate(&self.train));
-        reflow.map_err(|fault| fault.to_string())
+        if let Some(reflow) = &self.reflow {
+            reflow.validate(&self.train).map_err(|fault| fault.to_string())?;
+        }
+        if let Some(baseline) = &self.baseline {
+            baseline.validate(&self.model, &self.train).map_err(|fault| fault.to_string())?;
+            let levels = baseline.diffusion.steps;
+            if let Some(steps) = self.eval.steps.iter().find(|steps| **steps > levels) {
+                return Err(format!(
+                    "`eval.steps` holds {steps}, expected at most the {levels} noise levels of `baseline.diffusion.steps`"
+                ));
+            }
+        }
+        if self.model.regression {
+            self.validate_regression()?;
+        }
+        Ok(())
+    }
+
+    /// Checks what goes with `model.regression`.
+    fn validate_regression(&self) -> Result<(), String> {
+        let what = "`model.regression` is true, and a regressor";
+        let plain = SolverChoice::default();
+        if self.reflow.is_some() {
+            return Err(format!("{what} has no flow that the table `reflow` could straighten"));
+        }
+        if self.regressor {
+            return Err(format!("{what} is what `regressor` trains beside a flow: say one of them"));
+        }
+        if self.eval.steps != [1] || self.rollout.steps != 1 {
+            return Err(format!(
+                "{what} answers at once: expected `eval.steps` = [1] and `rollout.steps` = 1"
+            ));
+        }
+        if self.eval.solver != plain || self.rollout.solver != plain {
+            return Err(format!(
+                "{what} integrates nothing: expected no `eval.solver` and no `rollout.solver`"
+            ));
+        }
+        Ok(())
     }
 
     /// How many flows a run trains: Flow 1, and one for each round of reflow.
@@ -206,7 +278,13 @@ mod tests {
         assert_eq!(parse::<ExperimentConfig>(&text, "resolved", &[]).unwrap(), config);
         config.validate().unwrap();
         assert!(!text.contains("reflow"), "without the table there is none");
-        let config = ExperimentConfig { reflow: Some(ReflowConfig::default()), ..config };
+        let config = ExperimentConfig {
+            reflow: Some(ReflowConfig::default()),
+            baseline: Some(BaselineConfig::default()),
+            regressor: true,
+            ..config
+        };
+        config.validate().unwrap();
         let text = toml::to_string(&config).unwrap();
         assert_eq!(parse::<ExperimentConfig>(&text, "resolved", &[]).unwrap(), config);
     }
@@ -221,6 +299,11 @@ mod tests {
             ("rollout.picture_episodes=0", "rollout.picture_episodes"),
             ("output=", "output"),
             ("name=../elsewhere", "name"),
+            ("eval.unimodal_d_geo=0", "eval.unimodal_d_geo"),
+            ("eval.solver={kind=\"heun\", rtol=1e-3}", "eval.solver"),
+            ("rollout.solver={kind=\"rk45\", atol=-1}", "rollout.solver"),
+            ("baseline.diffusion.steps=50", "eval.steps"),
+            ("model.regression=true", "model.regression"),
         ] {
             let config: ExperimentConfig = parse("", "a.toml", &[set.parse().unwrap()]).unwrap();
             assert!(config.validate().unwrap_err().contains(&format!("`{key}`")), "{set}");

@@ -3,13 +3,15 @@
 mod experiment;
 mod nearest;
 mod overrides;
+mod solver;
 mod strict;
 
 use std::path::Path;
 
-pub use experiment::{DataConfig, EvalConfig, ExperimentConfig, RolloutSection};
+pub use experiment::{DataConfig, EVAL_STEPS, EvalConfig, ExperimentConfig, RolloutSection, UNIMODAL_D_GEO};
 pub use nearest::nearest;
 pub use overrides::Override;
+pub use solver::{SolverChoice, SolverKind};
 pub use strict::{load, parse};
 
 use crate::error::bad_input;

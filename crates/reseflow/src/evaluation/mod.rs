@@ -8,6 +8,6 @@ mod trivial;
 
 pub use modes::ModeScores;
 pub use report::{EvalReport, StepRow, StraightnessRow};
-pub use run::{EvalInputs, Loaded, evaluate};
+pub use run::{EvalInputs, Loaded, checkpoint_config, evaluate, note_task};
 pub use scoring::{SamplePolicy, noise_seeds, predict_first, score_steps};
 pub use trivial::{TrivialScores, trivial_scores};

@@ -7,9 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::metrics::mean;
 
-/// What a policy reaches where there is one mode only: D̄_geo of the quick start's, on held-out episodes in one step.
-const UNIMODAL_D_GEO: f64 = 0.035;
-
 /// How samples lie about two experts' trajectories.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModeScores {
@@ -29,8 +26,12 @@ pub struct ModeScores {
     pub energy_distance: Option<f64>,
 }
 
-/// Scores the samples `[episode][seed]`; `None` where the data set has one expert only.
-pub(super) fn score_modes(samples: &[Vec<PolicySample>], dataset: &Dataset) -> Option<ModeScores> {
+/// Scores the samples `[episode][seed]`, given D̄_geo of a policy for a task with one mode; `None` where the data set has one expert only.
+pub(super) fn score_modes(
+    samples: &[Vec<PolicySample>],
+    dataset: &Dataset,
+    unimodal_d_geo: f64,
+) -> Option<ModeScores> {
     let scenes: Option<Vec<Scene>> =
         samples.iter().zip(&dataset.episodes).map(|(drawn, episode)| Scene::new(drawn, episode)).collect();
     let scenes = scenes?;
@@ -43,7 +44,7 @@ pub(super) fn score_modes(samples: &[Vec<PolicySample>], dataset: &Dataset) -> O
     };
     let over_scenes =
         |value: &dyn Fn(&Scene) -> Option<f64>| mean(&scenes.iter().filter_map(value).collect::<Vec<_>>());
-    let between_d_geo = 3.0 * UNIMODAL_D_GEO;
+    let between_d_geo = 3.0 * unimodal_d_geo;
     let first = over_samples(&|_, [to_first, to_second]| f64::from(u8::from(to_first <= to_second)))?;
     Some(ModeScores {
         share_per_mode: [first, 1.0 - first],
@@ -136,7 +137,7 @@ mod tests {
 
     fn scores(drawn: [&[f64]; 2]) -> ModeScores {
         let samples = drawn.map(|rads| rads.iter().map(|&rad| sample(rad)).collect::<Vec<_>>());
-        score_modes(&samples, &dataset()).unwrap()
+        score_modes(&samples, &dataset(), 0.035).unwrap()
     }
 
     #[test]
@@ -160,6 +161,9 @@ mod tests {
     fn samples_in_the_middle_are_between() {
         let scores = scores([&[0.0, 0.1], &[-0.05, 1.1]]);
         assert_eq!(scores.share_between, 0.75, "all but the last one, which is 0.05 off");
+        let samples = [[0.0, 0.1], [-0.05, 1.1]].map(|rads| rads.map(sample).to_vec());
+        let strict = score_modes(&samples, &dataset(), 0.01).unwrap();
+        assert_eq!((strict.share_between, strict.between_d_geo), (1.0, 0.03), "0.05 is more than 3 · 0.01");
         assert!((scores.d_geo_nearer - (0.5 + 0.45 + 0.475 + 0.05) / 4.0).abs() < 1e-12);
     }
 
@@ -167,6 +171,6 @@ mod tests {
     fn one_expert_has_no_modes() {
         let mut dataset = dataset();
         dataset.episodes[1].alternative = None;
-        assert_eq!(score_modes(&[vec![sample(0.0)], vec![sample(0.0)]], &dataset), None);
+        assert_eq!(score_modes(&[vec![sample(0.0)], vec![sample(0.0)]], &dataset, 0.035), None);
     }
 }

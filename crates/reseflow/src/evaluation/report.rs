@@ -11,9 +11,9 @@ use crate::provenance::Provenance;
 /// What a policy scores with one number of integration steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepRow {
-    /// Integration steps.
+    /// Integration steps; of the baseline, noise levels visited.
     pub steps: usize,
-    /// Drift evaluations.
+    /// Evaluations of the network.
     pub evaluations: usize,
     /// The solver.
     pub solver: String,
@@ -70,7 +70,7 @@ pub struct EvalReport {
     pub data_hash: String,
     /// The data for the trivial predictors.
     pub train_data: Option<String>,
-    /// The checkpoint's resolved configuration.
+    /// The checkpoint's whole configuration: its task, its model and how it was trained.
     pub config: serde_json::Value,
     /// Where the figures come from.
     pub provenance: Provenance,

@@ -1,12 +1,13 @@
 //! A whole evaluation: files in, report out.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use reseflow_data::{Dataset, DatasetFile, Episode, ObservationHistory, Split};
 
 use super::{EvalReport, StraightnessRow, noise_seeds, score_steps, trivial_scores};
-use crate::error::{bad_input, sentence};
-use crate::learning::load_policy;
+use crate::config::SolverChoice;
+use crate::error::about_data;
+use crate::learning::{LearnedPolicy, learned_task};
 use crate::output::Terminal;
 use crate::provenance::Provenance;
 use crate::rollouts::FIRST_SEED;
@@ -26,8 +27,12 @@ pub struct EvalInputs {
     pub data: PathBuf,
     /// The training episodes, for the trivial predictors.
     pub train_data: Option<PathBuf>,
-    /// Numbers of integration steps.
+    /// Numbers of integration steps; none stand for the usual ones of the policy's kind.
     pub steps: Vec<usize>,
+    /// How flows are integrated.
+    pub solver: SolverChoice,
+    /// What D̄_geo is where there is one mode only.
+    pub unimodal_d_geo: f64,
     /// Noise seeds, from 3407 on.
     pub seeds: usize,
     /// Where to compute.
@@ -36,7 +41,7 @@ pub struct EvalInputs {
 
 /// The inputs, read and checked.
 pub struct Loaded {
-    policy: FlowPolicy,
+    policy: LearnedPolicy,
     held_out: DatasetFile,
     training: Option<Dataset>,
 }
@@ -50,7 +55,7 @@ impl EvalInputs {
         Ok(Loaded {
             held_out: DatasetFile::read(&self.data)?,
             training: self.train_data.as_deref().map(Dataset::read).transpose()?,
-            policy: load_policy(&self.checkpoint, self.device)?,
+            policy: LearnedPolicy::load(&self.checkpoint, self.device)?,
         })
     }
 }
@@ -67,11 +72,25 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
         let data = inputs.data.display();
         terminal.note(format!("{data}: says that it holds training episodes, not held-out ones"));
     }
+    note_task(&inputs.checkpoint, &inputs.data, &held_out.dataset, terminal)?;
     let seeds = noise_seeds(inputs.seeds);
-    let progress = terminal.progress("evaluation", inputs.steps.len() as u64);
-    let mut rows = Vec::with_capacity(inputs.steps.len());
-    for &steps in &inputs.steps {
-        rows.push(score_steps(policy, &held_out.dataset, &seeds, steps)?);
+    let steps = if inputs.steps.is_empty() { policy.usual_steps() } else { inputs.steps.clone() };
+    let solvers = inputs.solver.with_each(&steps);
+    let progress = terminal.progress("evaluation", solvers.len() as u64);
+    let mut rows = Vec::with_capacity(solvers.len());
+    let about = |fault| about_data(&inputs.data, None, fault);
+    for solver in &solvers {
+        let row = score_steps(policy.sampler(), &held_out.dataset, &seeds, solver, inputs.unimodal_d_geo)
+            .map_err(about)?;
+        tracing::info!(
+            solver = row.solver,
+            steps = row.steps,
+            evaluations = row.evaluations,
+            d_geo = row.scores.d_geo_mean,
+            secs = row.secs,
+            "scored"
+        );
+        rows.push(row);
         progress.advance();
     }
     progress.finish();
@@ -80,7 +99,11 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
     let text = |path: &PathBuf| path.display().to_string();
     Ok(EvalReport {
         rows,
-        straightness: Some(straightness(policy, &held_out.dataset)?),
+        straightness: policy
+            .flow()
+            .map(|flow| straightness(flow, &held_out.dataset))
+            .transpose()
+            .map_err(about)?,
         trivial,
         task: meta.map(|meta| meta.task.clone()),
         split,
@@ -100,15 +123,34 @@ fn straightness(policy: &FlowPolicy, held_out: &Dataset) -> anyhow::Result<Strai
     let horizon = policy.observation_horizon();
     let first = |episode: &Episode| ObservationHistory::at_step(&episode.observations, 0, horizon);
     let histories: Vec<_> = held_out.episodes.iter().take(STRAIGHT_EPISODES).map(first).collect();
-    let measured = policy
-        .straightness(&histories, FIRST_SEED, STRAIGHT_STEPS)
-        .map_err(|fault| bad_input(sentence(&anyhow::Error::new(fault))))?;
-    let Straightness { absolute, relative } = measured;
+    let Straightness { absolute, relative } = policy.straightness(&histories, FIRST_SEED, STRAIGHT_STEPS)?;
     Ok(StraightnessRow { absolute, relative, steps: STRAIGHT_STEPS })
 }
 
-/// The resolved configuration that lies in the checkpoint; `null` where there is none.
-fn checkpoint_config(checkpoint: &std::path::Path) -> serde_json::Value {
+/// Says so where the policy has learned another task than the one that the data is of.
+///
+/// # Errors
+/// When the checkpoint cannot be read.
+pub fn note_task(
+    checkpoint: &Path,
+    data: &Path,
+    dataset: &Dataset,
+    terminal: &Terminal,
+) -> anyhow::Result<()> {
+    let shown = dataset.meta.as_ref().map(|meta| meta.task.clone());
+    if let (Some(learned), Some(shown)) = (learned_task(checkpoint)?, shown)
+        && learned != shown
+    {
+        let (checkpoint, data) = (checkpoint.display(), data.display());
+        terminal.note(format!(
+            "warning: {checkpoint}: has learned the task `{learned}`, and {data} is of the task `{shown}`"
+        ));
+    }
+    Ok(())
+}
+
+/// The whole configuration that lies in the checkpoint: task, model, training; `null` where there is none.
+pub fn checkpoint_config(checkpoint: &Path) -> serde_json::Value {
     let text = std::fs::read_to_string(checkpoint.join("config.toml")).unwrap_or_default();
     match toml::from_str::<toml::Table>(&text) {
         Ok(table) if !table.is_empty() => serde_json::to_value(table).unwrap_or_default(),

@@ -1,7 +1,7 @@
 //! From a policy's samples to a row of figures.
 
 use reseflow_data::{Dataset, ObservationHistory};
-use reseflow_train::PolicySample;
+use reseflow_train::{Drawn, Solver};
 
 use super::StepRow;
 use super::modes::score_modes;
@@ -22,8 +22,8 @@ pub trait SamplePolicy {
         &self,
         histories: &[ObservationHistory],
         seeds: &[u64],
-        steps: usize,
-    ) -> anyhow::Result<Vec<Vec<PolicySample>>>;
+        solver: &Solver,
+    ) -> anyhow::Result<Drawn>;
 }
 
 /// The noise seeds 3407 … 3407 + `count` − 1.
@@ -31,7 +31,7 @@ pub fn noise_seeds(count: usize) -> Vec<u64> {
     (0..count as u64).map(|offset| FIRST_SEED + offset).collect()
 }
 
-/// Samples from each episode's first observation: `[episode][seed]`.
+/// Draws from each episode's first observation: samples `[episode][seed]`.
 ///
 /// # Errors
 /// As [`SamplePolicy::sample`].
@@ -39,16 +39,17 @@ pub fn predict_first(
     policy: &dyn SamplePolicy,
     dataset: &Dataset,
     seeds: &[u64],
-    steps: usize,
-) -> anyhow::Result<Vec<Vec<PolicySample>>> {
+    solver: &Solver,
+) -> anyhow::Result<Drawn> {
     let horizon = policy.observation_horizon();
     let first =
         |episode: &reseflow_data::Episode| ObservationHistory::at_step(&episode.observations, 0, horizon);
     let histories: Vec<ObservationHistory> = dataset.episodes.iter().map(first).collect();
-    policy.sample(&histories, seeds, steps)
+    policy.sample(&histories, seeds, solver)
 }
 
-/// Scores a policy with `steps` uniform Euler steps against the episodes' actions.
+/// Scores a policy that draws with `solver` against the episodes' actions; samples three times `unimodal_d_geo` from both experts are
+/// between the modes, where there are two.
 ///
 /// # Errors
 /// As [`SamplePolicy::sample`]; bad input when the data set holds no action to compare with.
@@ -56,10 +57,11 @@ pub fn score_steps(
     policy: &dyn SamplePolicy,
     dataset: &Dataset,
     seeds: &[u64],
-    steps: usize,
+    solver: &Solver,
+    unimodal_d_geo: f64,
 ) -> anyhow::Result<StepRow> {
     let started = std::time::Instant::now();
-    let samples = predict_first(policy, dataset, seeds, steps)?;
+    let Drawn { samples, steps, evaluations } = predict_first(policy, dataset, seeds, solver)?;
     let secs = started.elapsed().as_secs_f64();
     let nothing = || bad_input("the data set holds no action to compare with, expected at least one episode");
 
@@ -82,12 +84,12 @@ pub fn score_steps(
     let spreads: Vec<f64> = samples.iter().flatten().flat_map(|sample| &sample.spread).copied().collect();
     Ok(StepRow {
         steps,
-        evaluations: steps,
-        solver: "euler".to_owned(),
+        evaluations,
+        solver: solver.name().to_owned(),
         scores,
         per_node: (0..nodes).filter_map(of_node).collect(),
         node_spread: mean(&spreads),
-        modes: score_modes(&samples, dataset),
+        modes: score_modes(&samples, dataset, unimodal_d_geo),
         secs,
     })
 }
@@ -104,6 +106,7 @@ mod tests {
     use super::*;
     use reseflow_data::{Action, ActionChunk, Episode, Observation, PointCloud};
     use reseflow_lie::{SE3, SO3, Vector3};
+    use reseflow_train::PolicySample;
 
     /// Answers the truth moved along x by 1 cm per step of integration fewer than 11, times the seed's place; node 1 twice that.
     struct Biased;
@@ -130,8 +133,9 @@ mod tests {
             &self,
             histories: &[ObservationHistory],
             seeds: &[u64],
-            steps: usize,
-        ) -> anyhow::Result<Vec<Vec<PolicySample>>> {
+            solver: &Solver,
+        ) -> anyhow::Result<Drawn> {
+            let Solver::Euler { steps } = *solver else { anyhow::bail!("expected Euler's solver") };
             let sample = |history: &ObservationHistory, seed: u64| {
                 let x = history.latest().world_from_gripper.translation.x;
                 let off = 0.01 * (11 - steps) as f64 * (seed - FIRST_SEED + 1) as f64;
@@ -142,31 +146,33 @@ mod tests {
                     spread: vec![off; 2],
                 }
             };
-            Ok(histories
-                .iter()
-                .map(|history| seeds.iter().map(|&seed| sample(history, seed)).collect())
-                .collect())
+            let of = |history| seeds.iter().map(|&seed| sample(history, seed)).collect();
+            Ok(Drawn { samples: histories.iter().map(of).collect(), steps, evaluations: steps })
         }
+    }
+
+    fn score(dataset: &Dataset, seeds: usize, steps: usize) -> anyhow::Result<StepRow> {
+        score_steps(&Biased, dataset, &noise_seeds(seeds), &Solver::Euler { steps }, 0.035)
     }
 
     #[test]
     fn a_known_bias_comes_out_as_itself() {
         let dataset = Dataset { episodes: vec![episode(0.0), episode(1.0), episode(-3.0)], meta: None };
-        let row = score_steps(&Biased, &dataset, &noise_seeds(3), 1).unwrap();
+        let row = score(&dataset, 3, 1).unwrap();
         assert!((row.scores.d_geo_mean - 0.2).abs() < 1e-12, "mean of 0.1, 0.2, 0.3");
         assert!((row.scores.d_geo_std.unwrap() - 0.1).abs() < 1e-12);
         assert!(row.scores.d_geo_episode_std.unwrap() < 1e-12);
         assert_eq!(row.per_node.len(), 2);
         assert!((row.per_node[1] - 0.4).abs() < 1e-12);
         assert!((row.node_spread.unwrap() - 0.2).abs() < 1e-12);
-        let more = score_steps(&Biased, &dataset, &noise_seeds(3), 10).unwrap();
+        let more = score(&dataset, 3, 10).unwrap();
         assert!((more.scores.d_geo_mean - 0.02).abs() < 1e-12);
         assert_eq!((more.steps, more.evaluations), (10, 10));
     }
 
     #[test]
     fn nothing_to_score_is_bad_input() {
-        let error = score_steps(&Biased, &Dataset::default(), &noise_seeds(2), 1).unwrap_err();
+        let error = score(&Dataset::default(), 2, 1).unwrap_err();
         assert_eq!(crate::error::exit_code(&error), crate::error::EXIT_BAD_INPUT);
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::learners::Learner;
+
 /// The paths inside a run's folder.
 #[derive(Debug, Clone)]
 pub struct Layout {
@@ -39,24 +41,24 @@ impl Layout {
         self.root.join("data").join(format!("{split}.npz"))
     }
 
-    /// The folder of flow `flow`, from 1.
-    pub fn checkpoint(&self, flow: usize) -> PathBuf {
-        self.root.join(numbered("checkpoint", flow))
+    /// The folder of a policy.
+    pub fn checkpoint(&self, learner: Learner) -> PathBuf {
+        self.root.join(learner.name("checkpoint"))
     }
 
     /// What the trainer noted, one JSON object a line.
-    pub fn metrics(&self, flow: usize) -> PathBuf {
-        self.checkpoint(flow).join("metrics.jsonl")
+    pub fn metrics(&self, learner: Learner) -> PathBuf {
+        self.checkpoint(learner).join("metrics.jsonl")
     }
 
     /// The pairs that flow `flow`, from 2, learns from.
     pub fn pairs(&self, flow: usize) -> PathBuf {
-        self.root.join("data").join(numbered("pairs", flow) + ".npz")
+        self.root.join("data").join(Learner::Flow(flow).name("pairs") + ".npz")
     }
 
-    /// The result of the evaluation of flow `flow`, from 1.
-    pub fn eval(&self, flow: usize) -> PathBuf {
-        self.root.join(numbered("eval", flow) + ".json")
+    /// The result of a policy's evaluation.
+    pub fn eval(&self, learner: Learner) -> PathBuf {
+        self.root.join(learner.name("eval") + ".json")
     }
 
     /// The rollouts' result.
@@ -88,9 +90,4 @@ impl Layout {
     pub fn stamps(&self) -> PathBuf {
         self.root.join("stamps")
     }
-}
-
-/// The name of what belongs to flow `flow`: Flow 1's is `name` itself.
-pub(super) fn numbered(name: &str, flow: usize) -> String {
-    if flow == 1 { name.to_owned() } else { format!("{name}-{flow}") }
 }

@@ -1,15 +1,17 @@
 //! What each stage of a run does.
 
+use std::path::PathBuf;
+
 use reseflow_data::{Dataset, DatasetFile, PairSet, Split, Task};
 use reseflow_train::{ReflowConfig, Resume};
 use serde_json::{Value, json};
 
-use super::layout::numbered;
 use super::{Layout, StageRun, Stamps};
-use crate::config::ExperimentConfig;
+use crate::config::{ExperimentConfig, SolverChoice};
 use crate::demonstrations::{DemonstrationRequest, record};
 use crate::evaluation::{EvalInputs, EvalReport, evaluate};
-use crate::learning::{load_policy, train_policy};
+use crate::learners::{Learner, Training};
+use crate::learning::LearnedPolicy;
 use crate::output::{OutputFile, Terminal};
 use crate::plot::{
     LinePlot, PredictorCurve, d_geo_against_steps, encode_png, per_action_error, training_curve,
@@ -53,33 +55,42 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
     };
 
     let inputs = json!([train_data, validation_data, config.model, config.train, config.device]);
-    let outputs = [layout.checkpoint(1), layout.picture("training")];
-    let mut policies = vec![stage("train", inputs, &outputs, &mut || context.train())?];
+    let mut learners = vec![(Learner::Flow(1), inputs.clone())];
+    learners.extend(Learner::references(config).map(|reference| match reference {
+        Learner::Baseline => (reference, json!([inputs, config.baseline])),
+        _ => (reference, inputs.clone()),
+    }));
+    let mut policies = Vec::new();
+    for (learner, inputs) in learners {
+        let outputs = context.leaves(learner);
+        let hash = stage(&learner.name("train"), inputs, &outputs, &mut || context.train(learner))?;
+        policies.push((learner, hash));
+    }
+    let mut last = policies[0].1.clone();
     for (reflow, round) in
         config.reflow.iter().flat_map(|reflow| (1..=reflow.rounds).map(move |n| (reflow, n)))
     {
-        let (flow, start) = (round + 1, policies[round - 1].clone());
+        let (learner, start) = (Learner::Flow(round + 1), last);
         let inputs = json!([start, train_data, reflow.pairs_of(round), config.device]);
         let work = &mut || context.pairs(reflow, round);
-        let pairs = stage(&numbered("pairs", flow), inputs, &[layout.pairs(flow)], work)?;
+        let pairs = stage(&learner.name("pairs"), inputs, &[layout.pairs(round + 1)], work)?;
 
         let training = reflow.training(&config.train, round);
         let inputs =
             json!([start, pairs, train_data, validation_data, training, reflow.mixture, config.device]);
-        let outputs = [layout.checkpoint(flow), layout.picture(&numbered("training", flow))];
-        policies
-            .push(stage(&numbered("train", flow), inputs, &outputs, &mut || context.reflow(reflow, round))?);
+        let work = &mut || context.reflow(reflow, round);
+        last = stage(&learner.name("train"), inputs, &context.leaves(learner), work)?;
+        policies.push((learner, last.clone()));
     }
 
-    for (flow, policy) in (1..).zip(&policies) {
+    for (learner, policy) in &policies {
         let inputs = json!([policy, train_data, test_data, config.eval, config.device]);
-        let picture = |name: &str| layout.picture(&numbered(name, flow));
-        let outputs = [layout.eval(flow), picture("d_geo_steps"), picture("per_action")];
-        stage(&numbered("eval", flow), inputs, &outputs, &mut || context.eval(flow))?;
+        let picture = |name: &str| layout.picture(&learner.name(name));
+        let outputs = [layout.eval(*learner), picture("d_geo_steps"), picture("per_action")];
+        stage(&learner.name("eval"), inputs, &outputs, &mut || context.eval(*learner))?;
     }
 
-    let policy = &policies[policies.len() - 1];
-    let inputs = json!([policy, config.task, config.data.seed, config.rollout, config.device]);
+    let inputs = json!([last, config.task, config.data.seed, config.rollout, config.device]);
     let outputs = [layout.rollout(), layout.log(), layout.picture("episodes")];
     stage("rollout", inputs, &outputs, &mut || context.rollout())?;
     Ok(runs)
@@ -94,17 +105,28 @@ impl Context<'_> {
         Ok(dataset.write(self.layout.data(&split.to_string()))?)
     }
 
-    fn train(&self) -> anyhow::Result<()> {
+    /// What a training leaves.
+    fn leaves(&self, learner: Learner) -> [PathBuf; 2] {
+        [self.layout.checkpoint(learner), self.layout.picture(&learner.name("training"))]
+    }
+
+    fn train(&self, learner: Learner) -> anyhow::Result<()> {
         let demonstrations = Dataset::read(self.layout.data("train"))?;
         let validation = self.validation()?;
-        let (checkpoint, resume) = (self.layout.checkpoint(1), self.resume());
-        train_policy(self.config, &demonstrations, validation.as_ref(), &checkpoint, resume, self.terminal)?;
-        self.draw_training(1)
+        let training = Training {
+            config: self.config,
+            demonstrations: &demonstrations,
+            validation: validation.as_ref(),
+            out: &self.layout.checkpoint(learner),
+            resume: self.resume(),
+        };
+        training.run(learner, self.terminal)?;
+        self.draw_training(learner)
     }
 
     fn pairs(&self, reflow: &ReflowConfig, round: usize) -> anyhow::Result<()> {
         let data = DatasetFile::read(self.layout.data("train"))?;
-        let (flow, checkpoint) = (round + 1, self.layout.checkpoint(round));
+        let (flow, checkpoint) = (round + 1, self.layout.checkpoint(Learner::Flow(round)));
         let round =
             Round { config: self.config, reflow, number: round, checkpoint: &checkpoint, data: &data };
         round.make_pairs(&self.layout.pairs(flow), self.terminal).map(drop)
@@ -112,14 +134,14 @@ impl Context<'_> {
 
     fn reflow(&self, reflow: &ReflowConfig, round: usize) -> anyhow::Result<()> {
         let data = DatasetFile::read(self.layout.data("train"))?;
-        let (flow, checkpoint) = (round + 1, self.layout.checkpoint(round));
+        let (flow, checkpoint) = (round + 1, self.layout.checkpoint(Learner::Flow(round)));
         let pairs = PairSet::read(self.layout.pairs(flow))?;
         let validation = self.validation()?;
         let round =
             Round { config: self.config, reflow, number: round, checkpoint: &checkpoint, data: &data };
-        let out = self.layout.checkpoint(flow);
+        let out = self.layout.checkpoint(Learner::Flow(flow));
         round.train(&pairs, validation.as_ref(), &out, self.resume(), self.terminal)?;
-        self.draw_training(flow)
+        self.draw_training(Learner::Flow(flow))
     }
 
     fn validation(&self) -> anyhow::Result<Option<Dataset>> {
@@ -131,58 +153,67 @@ impl Context<'_> {
         if self.fresh { Resume::Never } else { Resume::IfSame }
     }
 
-    fn draw_training(&self, flow: usize) -> anyhow::Result<()> {
-        let metrics = std::fs::read_to_string(self.layout.metrics(flow))?;
+    fn draw_training(&self, learner: Learner) -> anyhow::Result<()> {
+        let metrics = std::fs::read_to_string(self.layout.metrics(learner))?;
         let curves = [("loss", curve(&metrics, "loss")), ("D_geo, validation", curve(&metrics, "d_geo"))];
-        let title = format!("{}: {}", self.config.name, numbered("training", flow));
-        self.draw(&numbered("training", flow), &training_curve(&title, &curves))
+        let title = format!("{}: {}", self.config.name, learner.name("training"));
+        self.draw(&learner.name("training"), &training_curve(&title, &curves))
     }
 
-    fn eval(&self, flow: usize) -> anyhow::Result<()> {
+    fn eval(&self, learner: Learner) -> anyhow::Result<()> {
+        let section = &self.config.eval;
+        // The references integrate nothing: noise levels are visited one by one, and a regressor answers at once.
+        let (steps, solver) = match learner {
+            Learner::Flow(_) => (section.steps.clone(), section.solver),
+            Learner::Baseline => (section.steps.clone(), SolverChoice::default()),
+            Learner::Regressor => (vec![1], SolverChoice::default()),
+        };
         let inputs = EvalInputs {
-            checkpoint: self.layout.checkpoint(flow),
+            checkpoint: self.layout.checkpoint(learner),
             data: self.layout.data("test"),
             train_data: Some(self.layout.data("train")),
-            steps: self.config.eval.steps.clone(),
-            seeds: self.config.eval.seeds,
+            steps,
+            solver,
+            unimodal_d_geo: section.unimodal_d_geo,
+            seeds: section.seeds,
             device: self.config.device,
         };
         let report = evaluate(&inputs, &inputs.load()?, self.terminal)?;
-        OutputFile::claim(&self.layout.eval(flow))?.write_json(&report)?;
-        self.draw_scores(&report, flow)
+        OutputFile::claim(&self.layout.eval(learner))?.write_json(&report)?;
+        self.draw_scores(&report, learner)
     }
 
-    fn draw_scores(&self, report: &EvalReport, flow: usize) -> anyhow::Result<()> {
+    fn draw_scores(&self, report: &EvalReport, learner: Learner) -> anyhow::Result<()> {
         let title = format!(
             "{}: {} held-out episodes, {} noise seeds",
-            numbered(&self.config.name, flow),
+            learner.name(&self.config.name),
             report.episodes,
             report.seeds.len()
         );
         let trivial: Vec<PredictorCurve<'_>> =
             report.trivial.iter().flat_map(PredictorCurve::trivial).collect();
         let rows: Vec<_> = report.rows.iter().map(|row| (row.steps, &row.scores)).collect();
-        self.draw(&numbered("d_geo_steps", flow), &d_geo_against_steps(&title, &rows, &trivial))?;
+        self.draw(&learner.name("d_geo_steps"), &d_geo_against_steps(&title, &rows, &trivial))?;
         // The curves in between lie on top of one another.
         let ends: Vec<_> = rows.first().into_iter().chain(rows.last().filter(|_| rows.len() > 1)).collect();
         let labels: Vec<String> = ends.iter().map(|(steps, _)| format!("policy, steps: {steps}")).collect();
         let policy = labels.iter().zip(&ends).map(|(label, (_, scores))| PredictorCurve { label, scores });
         self.draw(
-            &numbered("per_action", flow),
+            &learner.name("per_action"),
             &per_action_error(&title, &policy.collect::<Vec<_>>(), &trivial),
         )
     }
 
     fn rollout(&self) -> anyhow::Result<()> {
         let section = &self.config.rollout;
-        let checkpoint = self.layout.checkpoint(self.config.flows());
-        let mut policy = load_policy(&checkpoint, self.config.device)?;
-        policy.set_steps(section.steps);
+        let checkpoint = self.layout.checkpoint(Learner::Flow(self.config.flows()));
+        let mut policy = LearnedPolicy::load(&checkpoint, self.config.device)?;
+        let solver = section.solver.with_steps(section.steps);
         let request = RolloutRequest {
             split: Split::Test,
             seed: self.config.data.seed,
             episodes: section.episodes,
-            observation_horizon: policy.observation_horizon(),
+            observation_horizon: policy.sampler().observation_horizon(),
             n_action_steps: section.n_action_steps,
             disturb: section.disturb,
         };
@@ -192,7 +223,7 @@ impl Context<'_> {
             .with_log(log.path(), section.log_episodes)?
             .with_pictures(pictures, section.picture_episodes);
         let progress = self.terminal.progress("rollouts", section.episodes as u64);
-        let mut actor = Actor::Learned(&mut policy);
+        let mut actor = Actor::Learned(policy.acting(solver));
         let results = run_episodes(self.task, &request, &mut actor, &mut witness, &|| progress.advance())?;
         progress.finish();
         if let Some(pictures) = witness.finish()? {
@@ -200,9 +231,9 @@ impl Context<'_> {
         }
         let provenance = Provenance::gather(&format!("{:?}", self.config.device).to_lowercase());
         let name = checkpoint.display().to_string();
-        let steps = Some(section.steps);
         let (task, split) = (&self.config.task, Split::Test.to_string());
-        let report = RolloutReport::new(&name, steps, task, &split, &request, &results, provenance);
+        let report = RolloutReport::new(&name, Some(&solver), task, &split, &request, &results, provenance)
+            .of_checkpoint(&checkpoint);
         OutputFile::claim(&self.layout.rollout())?.write_json(&report)
     }
 

@@ -70,9 +70,11 @@ impl Stamps {
         if path.exists() {
             std::fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?;
         }
+        tracing::info!(stage = name, "begins");
         let started = Instant::now();
         work()?;
         let secs = started.elapsed().as_secs_f64();
+        tracing::info!(stage = name, secs, "done");
         let outputs = contents(outputs)
             .with_context(|| format!("the stage `{name}` did not leave what it should have left"))?;
         write_json(&path, &Stamp { inputs: inputs.clone(), outputs, secs })?;

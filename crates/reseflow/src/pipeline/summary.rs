@@ -6,10 +6,10 @@ use anyhow::Context;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::layout::numbered;
 use super::{Layout, StageRun};
 use crate::config::ExperimentConfig;
 use crate::evaluation::{EvalReport, ModeScores, StraightnessRow};
+use crate::learners::Learner;
 use crate::output::Table;
 use crate::provenance::peak_memory_mib;
 use crate::rollouts::RolloutReport;
@@ -46,6 +46,12 @@ pub struct RunSummary {
     /// Every flow, where there is more than Flow 1; the figures above are those of the last.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub flows: Vec<FlowSummary>,
+    /// The baseline's D̄_geo for each number of steps, where it was trained.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<Vec<(usize, f64)>>,
+    /// The deterministic regressor's D̄_geo, where it was trained.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regressor: Option<f64>,
     /// Closed-loop episodes.
     pub rollouts: usize,
     /// How many succeeded.
@@ -64,6 +70,8 @@ pub struct RunSummary {
     pub peak_memory_mib: Option<f64>,
     /// The run's folder.
     pub folder: PathBuf,
+    /// The whole resolved configuration.
+    pub config: ExperimentConfig,
 }
 
 /// What one of a run's flows amounts to.
@@ -91,8 +99,7 @@ impl FlowSummary {
     }
 
     fn add_to(&self, table: &mut Table) {
-        let by_steps = self.d_geo_by_steps.iter().map(|(steps, d_geo)| format!("{steps}: {d_geo:.4}"));
-        let mut text = format!("D_geo by steps {}", by_steps.collect::<Vec<_>>().join("   "));
+        let mut text = format!("D_geo by steps {}", listed(&self.d_geo_by_steps));
         if let Some(StraightnessRow { absolute, relative, .. }) = self.straightness {
             text += &format!("; straightness {absolute:.2e} (relative {relative:.2e})");
         }
@@ -114,6 +121,11 @@ fn by_steps(eval: &EvalReport) -> Vec<(usize, f64)> {
     eval.rows.iter().map(|row| (row.steps, row.scores.d_geo_mean)).collect()
 }
 
+/// D̄_geo for each number of steps, in a line.
+fn listed(rows: &[(usize, f64)]) -> String {
+    rows.iter().map(|(steps, d_geo)| format!("{steps}: {d_geo:.4}")).collect::<Vec<_>>().join("   ")
+}
+
 impl RunSummary {
     /// Reads the stages' results.
     ///
@@ -125,9 +137,14 @@ impl RunSummary {
         stages: Vec<StageRun>,
         secs: f64,
     ) -> anyhow::Result<Self> {
-        let evals: Vec<EvalReport> =
-            (1..=config.flows()).map(|flow| read(&layout.eval(flow))).collect::<anyhow::Result<_>>()?;
+        let evals: Vec<EvalReport> = (1..=config.flows())
+            .map(|flow| read(&layout.eval(Learner::Flow(flow))))
+            .collect::<anyhow::Result<_>>()?;
         let eval = evals.last().context("nothing was evaluated")?;
+        let reference = |learner: Learner| -> anyhow::Result<Option<Vec<(usize, f64)>>> {
+            let trained = Learner::references(config).any(|other| other == learner);
+            Ok(trained.then(|| read(&layout.eval(learner))).transpose()?.as_ref().map(by_steps))
+        };
         let rollout: RolloutReport = read(&layout.rollout())?;
         let fewest = eval.rows.iter().min_by_key(|row| row.steps).context("the evaluation holds no row")?;
         let scores = &fewest.scores;
@@ -150,6 +167,8 @@ impl RunSummary {
                 1 => Vec::new(),
                 _ => (1..).zip(&evals).map(|(flow, eval)| FlowSummary::new(flow, eval)).collect(),
             },
+            baseline: reference(Learner::Baseline)?,
+            regressor: reference(Learner::Regressor)?.and_then(|rows| rows.first().map(|(_, d_geo)| *d_geo)),
             rollouts: rollout.episodes,
             successes: rollout.successes,
             success_low: rollout.success_low,
@@ -159,6 +178,7 @@ impl RunSummary {
             secs,
             peak_memory_mib: peak_memory_mib(),
             folder: layout.root().to_owned(),
+            config: config.clone(),
         })
     }
 
@@ -178,9 +198,14 @@ impl RunSummary {
                 self.eval_seeds
             ),
         );
-        let by_steps = self.d_geo_by_steps.iter().map(|(steps, d_geo)| format!("{steps}: {d_geo:.4}"));
-        table.fact("D_geo by steps", by_steps.collect::<Vec<_>>().join("   "));
+        table.fact("D_geo by steps", listed(&self.d_geo_by_steps));
         self.flows.iter().for_each(|flow| flow.add_to(&mut table));
+        if let Some(rows) = &self.baseline {
+            table.fact("baseline", format!("D_geo by steps {}", listed(rows)));
+        }
+        if let Some(d_geo) = self.regressor {
+            table.fact("regressor", format!("D_geo {d_geo:.4}"));
+        }
         if let (Some(mean), Some(nearest), Some(share)) =
             (self.mean_trajectory, self.nearest_demonstration, self.share_of_better_trivial)
         {
@@ -210,7 +235,7 @@ impl RunSummary {
         let at = |name: &str| self.folder.join(name).display().to_string();
         table.fact("results", format!("{}, {}", at("eval.json"), at("rollout.json")));
         let last = self.flows.len().max(1);
-        table.fact("policy", at(&numbered("checkpoint", last)));
+        table.fact("policy", at(&Learner::Flow(last).name("checkpoint")));
         table.fact("log", format!("{} (opens in Foxglove and in Rerun)", at("rollout.mcap")));
         table.fact("pictures", format!("{} (episodes, d_geo_steps, per_action, training)", at("pictures")));
         table

@@ -1,10 +1,13 @@
 //! What a series of rollouts amounts to.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
+use reseflow_train::Solver;
 use serde::{Deserialize, Serialize};
 
 use super::{EpisodeResult, RolloutRequest};
+use crate::evaluation::checkpoint_config;
 use crate::metrics::{mean, quantile, wilson_interval};
 use crate::output::Table;
 use crate::provenance::Provenance;
@@ -80,14 +83,20 @@ pub struct RolloutReport {
     pub split: String,
     /// The seed of the scenes.
     pub seed: u64,
-    /// Integration steps; `null` for policies that take none.
+    /// Integration steps; `null` for policies that take none or choose them themselves.
     pub steps: Option<usize>,
+    /// How the flow was integrated; `null` for policies that are none.
+    #[serde(default)]
+    pub solver: Option<String>,
     /// Actions executed before the policy planned again.
     pub n_action_steps: usize,
     /// Whether the object was pushed in mid-episode.
     pub disturbed: bool,
     /// Each episode.
     pub outcomes: Vec<EpisodeLine>,
+    /// The checkpoint's whole configuration: its task, its model and how it was trained; `null` where nothing was learned.
+    #[serde(default)]
+    pub config: serde_json::Value,
     /// Where the figures come from.
     pub provenance: Provenance,
 }
@@ -96,7 +105,7 @@ impl RolloutReport {
     /// Sums up `results`.
     pub fn new(
         policy: &str,
-        steps: Option<usize>,
+        solver: Option<&Solver>,
         task: &str,
         split: &str,
         request: &RolloutRequest,
@@ -128,12 +137,20 @@ impl RolloutReport {
             task: task.to_owned(),
             split: split.to_owned(),
             seed: request.seed,
-            steps,
+            steps: solver.and_then(uniform_steps),
+            solver: solver.map(|solver| solver.name().to_owned()),
             n_action_steps: request.n_action_steps,
             disturbed: request.disturb,
             outcomes: results.iter().map(EpisodeLine::of).collect(),
+            config: serde_json::Value::Null,
             provenance,
         }
+    }
+
+    /// With the configuration that lies in the checkpoint's folder.
+    pub fn of_checkpoint(mut self, checkpoint: &Path) -> Self {
+        self.config = checkpoint_config(checkpoint);
+        self
     }
 
     /// The figures as a table.
@@ -153,6 +170,17 @@ impl RolloutReport {
             table.fact("plan latency p50 / p95 / p99", text);
         }
         table
+    }
+}
+
+/// The steps of a solver that takes as many as it is told to.
+fn uniform_steps(solver: &Solver) -> Option<usize> {
+    match *solver {
+        Solver::Euler { steps }
+        | Solver::Midpoint { steps }
+        | Solver::Heun { steps }
+        | Solver::Rk4 { steps } => Some(steps),
+        Solver::DormandPrince(_) => None,
     }
 }
 
@@ -198,8 +226,17 @@ mod tests {
             result(2, false, Some(Halt::OutOfReach)),
             result(3, true, None),
         ];
-        let report =
-            RolloutReport::new("p", Some(1), "t", "test", &request, &results, Provenance::gather("cpu"));
+        let solver = Solver::Rk4 { steps: 4 };
+        let report = RolloutReport::new(
+            "p",
+            Some(&solver),
+            "t",
+            "test",
+            &request,
+            &results,
+            Provenance::gather("cpu"),
+        );
+        assert_eq!((report.steps, report.solver.as_deref()), (Some(4), Some("rk4")));
         assert_eq!((report.episodes, report.successes, report.success_rate), (4, 3, 0.75));
         assert!(report.success_low < 0.75 && report.success_high > 0.75);
         assert_eq!(report.halts.values().sum::<usize>(), 1);

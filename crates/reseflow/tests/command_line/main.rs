@@ -3,9 +3,11 @@
 
 mod bad_checkpoints;
 mod bad_input;
+mod choices;
 mod pipeline;
 mod policies;
 mod recording;
+mod references;
 mod reflow;
 mod resume;
 mod support;

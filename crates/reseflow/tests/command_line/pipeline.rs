@@ -112,7 +112,14 @@ fn check_results(bench: &Bench) {
     for predictor in ["mean_trajectory", "nearest_demonstration"] {
         assert!(eval["trivial"][predictor]["d_geo_mean"].as_f64().unwrap() > 0.0, "{predictor}");
     }
-    assert_eq!(eval["config"]["network"]["encoder"]["channels"], 8, "the checkpoint's configuration");
+    assert_eq!(
+        eval["config"]["model"]["network"]["encoder"]["channels"], 8,
+        "the checkpoint's configuration"
+    );
+    assert_eq!(
+        (&eval["config"]["task"], &eval["config"]["train"]["updates"]),
+        (&Value::from("triangle"), &Value::from(30))
+    );
     assert_eq!((&eval["episodes"], &eval["provenance"]["device"]), (&Value::from(2), &Value::from("cpu")));
 
     let rollout = bench.read_json(&at("rollout.json"));

@@ -32,6 +32,11 @@ fn reflow_makes_pairs_that_say_where_they_come_from_and_uses_them_again() {
     let pairs = PairSet::read(bench.path("flow-2.pairs.npz")).unwrap();
     assert_eq!(pairs.meta.settings["solver"]["kind"], "euler");
     assert_eq!(pairs.meta.checkpoint_hash.len(), 64);
+    let contents = bench.json("inspect flow-2.pairs.npz --json");
+    let counted = ["windows", "noises", "horizon", "episodes"].map(|key| contents[key].as_u64().unwrap());
+    assert_eq!((contents["kind"].as_str(), counted), (Some("pairs"), [8, 3, 10, 4]));
+    assert_eq!(contents["checkpoint_hash"], pairs.meta.checkpoint_hash.as_str());
+    assert!(bench.succeed("inspect flow-2.pairs.npz").contains("8 / 3 / 10"));
     let weights = bench.bytes("flow-2/model.safetensors");
     assert!(weights != bench.bytes("policy/model.safetensors"), "Flow 2 is Flow 1");
 

@@ -7,7 +7,7 @@ use burn::tensor::{Device, Tensor};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{Action, ActionChunk, Dataset, Episode, Observation, PointCloud};
-use reseflow_flow::{AnchoredChunk, Diffusion, DiffusionFrame, EndpointTargets};
+use reseflow_flow::{AnchoredChunk, Diffusion, EndpointTargets};
 use reseflow_lie::{SE3, SO3, Vector3};
 use reseflow_net::{DecoderConfig, DriftNetConfig, EncoderConfig, GraphConfig, RadialBasis};
 
@@ -32,7 +32,7 @@ fn pose(rng: &mut ChaCha8Rng, reach_m: f64) -> SE3 {
 
 fn config() -> EtSeedConfig {
     let encoder = EncoderConfig {
-        graph: GraphConfig { centres: 8, point_neighbors: 6, centre_neighbors: 4 },
+        graph: GraphConfig { centres: 8, point_neighbors: 6, centre_neighbors: 4, color_m: 0.0 },
         channels: 8,
         layers: 1,
         nodes: 2,
@@ -88,7 +88,7 @@ fn moved(world: &SE3, frames: &[Observation; 2]) -> [Observation; 2] {
 
 fn view(frames: &[Observation; 2], config: &EtSeedConfig) -> SceneView {
     let observed: Vec<&Observation> = frames.iter().collect();
-    SceneView::new(&observed, 0.3, &config.network.encoder.graph, DiffusionFrame::Gripper).unwrap()
+    SceneView::new(&(observed, 1), config).unwrap()
 }
 
 /// A noisy trajectory at level `level`.

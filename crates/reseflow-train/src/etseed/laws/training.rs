@@ -12,8 +12,7 @@ use reseflow_lie_tensor::so3;
 use super::{HORIZON, config, data, device, rng};
 use crate::etseed::batch::{Example, draw};
 use crate::etseed::objective::left_factor_loss;
-use crate::etseed::trainer::EtSeedRequest;
-use crate::{DeviceKind, EtSeedConfig, TrainConfig};
+use crate::{DeviceKind, EtSeedConfig, Resume, TrainConfig, TrainRequest};
 
 fn examples(data: &Dataset, config: &EtSeedConfig, count: usize) -> Vec<Example> {
     let train = TrainConfig {
@@ -23,15 +22,18 @@ fn examples(data: &Dataset, config: &EtSeedConfig, count: usize) -> Vec<Example>
         jitter_m: 0.0,
         ..TrainConfig::default()
     };
-    let request = EtSeedRequest {
-        config,
+    let request = TrainRequest {
+        model: config,
         train: &train,
         demonstrations: data,
+        mixture: None,
         validation: None,
+        start: None,
+        resume: Resume::Never,
         device: DeviceKind::Cpu,
         out: Path::new("nowhere"),
     };
-    draw(&request, &Diffusion::new(&config.diffusion).unwrap(), &mut rng(3)).unwrap()
+    draw(&request, &mut rng(3)).unwrap()
 }
 
 /// The whole relative transform, and not the factor of the noise alone, is the target.

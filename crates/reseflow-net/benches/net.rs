@@ -102,7 +102,7 @@ fn encoder_operations(points: usize) -> usize {
     let EncoderConfig { graph, channels, layers, nodes, point_radial, centre_radial } =
         DriftNetConfig::default().encoder;
     let product = |rows: usize, inputs: usize, outputs: usize| 2 * rows * inputs * outputs;
-    let GraphConfig { centres, point_neighbors, centre_neighbors } = graph;
+    let GraphConfig { centres, point_neighbors, centre_neighbors, .. } = graph;
     let convolution = |sources: usize, neighbors: usize, radial: usize, paths: usize| {
         let edges = centres * neighbors;
         product(sources, channels, channels)

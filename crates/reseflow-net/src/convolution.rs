@@ -10,8 +10,7 @@ use burn::tensor::{Device, Tensor};
 use rand::Rng;
 
 use crate::init::linear;
-use crate::message::fused;
-use crate::silu::silu;
+use crate::message::{EdgeActivations, fused};
 use crate::{EdgeTensors, Features};
 
 /// Sizes of a [`Convolution`].
@@ -32,8 +31,6 @@ pub struct Convolution {
     receiver: Linear,
     edge: Linear,
     paths: Linear,
-    #[module(skip)]
-    source_vectors: bool,
 }
 
 impl ConvolutionConfig {
@@ -46,7 +43,6 @@ impl ConvolutionConfig {
             receiver: linear([channels, channels], 1.0, false, device, rng),
             edge: linear([self.radial, channels], 1.0, true, device, rng),
             paths: linear([channels, paths * channels], 1.0, false, device, rng),
-            source_vectors: self.source_vectors,
         }
     }
 }
@@ -59,20 +55,13 @@ impl Convolution {
     /// - `receiver_scalars`: `[P, C]`
     /// - output: scalars `[P, C]`, vectors `[3, P, C]`
     pub fn forward(&self, sources: &Features, receiver_scalars: Tensor<2>, edges: &EdgeTensors) -> Features {
-        let [receivers, channels] = receiver_scalars.dims();
-        let per_receiver = edges.per_receiver;
-        let count = receivers * per_receiver;
-
         // What both ends contribute is linear, so it is computed at the nodes and only then spread over the edges.
-        let from_source = self.source.forward(sources.scalars.clone()).select(0, edges.sources.clone());
-        let at_receiver = self.receiver.forward(receiver_scalars).reshape([receivers, 1, channels]);
-        let hidden = (from_source + self.edge.forward(edges.radial.clone())).reshape([
-            receivers,
-            per_receiver,
-            channels,
-        ]);
-        let hidden = silu((hidden + at_receiver).reshape([count, channels])) * edges.weights.clone();
-        let weights = self.paths.forward(hidden);
-        fused(sources, weights, edges)
+        let activations = EdgeActivations {
+            sources: self.source.forward(sources.scalars.clone()),
+            receivers: self.receiver.forward(receiver_scalars),
+            edges: self.edge.forward(edges.radial.clone()),
+            matrix: self.paths.weight.val(),
+        };
+        fused(sources, activations, edges)
     }
 }

@@ -1,8 +1,9 @@
 //! The messages of a [`Convolution`](crate::Convolution) as one operation with its own backward pass.
 //!
 //! Written with burn's own operations, the same takes a score of passes over tensors of one row an edge, and they are what training
-//! waits for on a processor. [`composed`] is that form; it says what the kernel must compute, and the tests hold the one
-//! against the other.
+//! waits for on a processor. The operation takes some edges at a time and keeps nothing of them: what it needs on the way back it
+//! makes again while it lies in the cache. [`composed`] is the form by burn's own operations; it says what the kernel must compute, and
+//! the tests hold the one against the other.
 
 mod kernel;
 mod operation;
@@ -11,18 +12,31 @@ use burn::backend::Dispatch;
 use burn::tensor::Tensor;
 
 use self::operation::{EdgeLayout, MessageOps};
+use crate::silu::silu;
 use crate::{EdgeTensors, Features, cross, dot};
+
+/// What the path weights of an edge are made of: with a the sum of the three parts and w the envelope's weight they are
+/// w silu(a) times the matrix.
+#[derive(Debug, Clone)]
+pub struct EdgeActivations {
+    /// `[S, C]`.
+    pub sources: Tensor<2>,
+    /// `[R, C]`.
+    pub receivers: Tensor<2>,
+    /// `[E, C]`.
+    pub edges: Tensor<2>,
+    /// `[C, 5 C]`, or `[C, 2 C]` without source vectors.
+    pub matrix: Tensor<2>,
+}
 
 /// The sums of the messages at every receiver, in one pass.
 ///
 /// # Shapes
 /// - `sources`: S nodes, scalars `[S, C]`, and vectors `[3, S, C]` where there are five paths
-/// - `paths`: weights of the paths, `[E, 5 C]`, or `[E, 2 C]` without source vectors
 /// - output: scalars `[R, C]`, vectors `[3, R, C]`
-pub fn fused(sources: &Features, paths: Tensor<2>, edges: &EdgeTensors) -> Features {
-    let [_, channels] = sources.scalars.dims();
-    let [edge_count, width] = paths.dims();
-    let receivers = edge_count / edges.per_receiver;
+pub fn fused(sources: &Features, activations: EdgeActivations, edges: &EdgeTensors) -> Features {
+    let [receivers, channels] = activations.receivers.dims();
+    let [_, width] = activations.matrix.dims();
     let layout = EdgeLayout {
         sources: edges.source_rows.clone(),
         per_receiver: edges.per_receiver,
@@ -30,10 +44,14 @@ pub fn fused(sources: &Features, paths: Tensor<2>, edges: &EdgeTensors) -> Featu
         source_vectors: width == 5 * channels,
     };
     let output = <Dispatch as MessageOps>::messages(
-        paths.into_dispatch(),
+        activations.sources.into_dispatch(),
+        activations.receivers.into_dispatch(),
+        activations.edges.into_dispatch(),
+        activations.matrix.into_dispatch(),
         sources.scalars.clone().into_dispatch(),
         sources.vectors.clone().into_dispatch(),
         edges.directions.clone().into_dispatch(),
+        edges.weights.clone().into_dispatch(),
         layout,
     );
     let output = Tensor::<3>::from_dispatch(output);
@@ -44,10 +62,18 @@ pub fn fused(sources: &Features, paths: Tensor<2>, edges: &EdgeTensors) -> Featu
 }
 
 /// The same by burn's own operations: slow, and plain to read.
-pub fn composed(sources: &Features, paths: Tensor<2>, edges: &EdgeTensors) -> Features {
-    let [_, channels] = sources.scalars.dims();
-    let [count, width] = paths.dims();
-    let (per_receiver, receivers) = (edges.per_receiver, count / edges.per_receiver);
+pub fn composed(sources: &Features, activations: EdgeActivations, edges: &EdgeTensors) -> Features {
+    let EdgeActivations { sources: of_sources, receivers: of_receivers, edges: of_edges, matrix } =
+        activations;
+    let [receivers, channels] = of_receivers.dims();
+    let [_, width] = matrix.dims();
+    let per_receiver = edges.per_receiver;
+    let count = receivers * per_receiver;
+    let both =
+        (of_sources.select(0, edges.sources.clone()) + of_edges).reshape([receivers, per_receiver, channels]);
+    let all = (both + of_receivers.reshape([receivers, 1, channels])).reshape([count, channels]);
+    let paths = (silu(all) * edges.weights.clone()).matmul(matrix);
+
     let path = |index: usize| paths.clone().narrow(1, index * channels, channels);
     let gate = |index: usize| path(index).reshape([1, count, channels]);
     let scalars = sources.scalars.clone().select(0, edges.sources.clone());

@@ -11,7 +11,7 @@ use reseflow_net::{CloudGraph, DriftNet, DriftNetConfig, EdgeList};
 use super::scene::{Cloud, Scene};
 use super::trajectory::{endpoint, graphs, predict_on};
 use super::world::World;
-use super::{assert_small, devices, rng, small, tensor};
+use super::{assert_caught, assert_small, devices, rng, small, tensor};
 
 /// Metres that count as much as a radian, the length scale of the losses.
 const LENGTH_SCALE_M: f64 = 0.15;
@@ -26,6 +26,8 @@ pub(crate) enum Storage {
     Exact,
     /// Coordinates in f32, in the world's frame, as a data set has them.
     Single,
+    /// Coordinates in whole millimetres: a control, which changes graphs and poses.
+    Millimetres,
 }
 
 /// What moving scenes did.
@@ -91,6 +93,13 @@ pub(crate) fn a_trained_network_turns_with_the_world_on_graphs_built_again(toler
             let (rebuilt, _) = worst_and_99_9th(&statistics.graph_rebuilt);
             assert_small(&format!("{name} {storage:?}, graph built again"), rebuilt, tolerance);
         }
+        let coarse = measure(&net, 16, Storage::Millimetres, &device);
+        println!(
+            "{name} in millimetres: {} other centres, {} other neighbours",
+            coarse.changed_centres, coarse.changed_neighbors
+        );
+        assert!(coarse.changed_centres > 0 && coarse.changed_neighbors > 0, "changed graphs are counted");
+        assert_caught(&format!("{name} in millimetres"), worst_and_99_9th(&coarse.graph_rebuilt).0, 1e-4);
     }
 }
 
@@ -150,14 +159,16 @@ pub(crate) fn measure(net: &DriftNet, scenes: u64, storage: Storage, device: &De
 }
 
 fn stored(scene: Scene, storage: Storage) -> Scene {
-    if storage == Storage::Exact {
-        return scene;
-    }
-    let single = |cloud: &Cloud| Cloud {
-        points: cloud.points.iter().map(|point| point.map(|value| f64::from(value as f32))).collect(),
+    let round = |value: f64| match storage {
+        Storage::Exact => value,
+        Storage::Single => f64::from(value as f32),
+        Storage::Millimetres => (value * 1e3).round() * 1e-3,
+    };
+    let rounded = |cloud: &Cloud| Cloud {
+        points: cloud.points.iter().map(|point| point.map(round)).collect(),
         colors: cloud.colors.clone(),
     };
-    Scene { clouds: scene.clouds.iter().map(single).collect(), ..scene }
+    Scene { clouds: scene.clouds.iter().map(rounded).collect(), ..scene }
 }
 
 /// The neighbours of every centre, whatever their order.

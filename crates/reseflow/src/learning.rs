@@ -43,9 +43,9 @@ impl<M: Trainable> SamplePolicy for TrainedPolicy<M> {
 #[derive(Debug)]
 pub enum LearnedPolicy {
     /// A flow, or a regressor.
-    Flow(FlowPolicy),
+    Flow(Box<FlowPolicy>),
     /// The baseline.
-    EtSeed(EtSeedPolicy),
+    EtSeed(Box<EtSeedPolicy>),
 }
 
 impl LearnedPolicy {
@@ -54,12 +54,13 @@ impl LearnedPolicy {
     /// # Errors
     /// Bad input: there is no such folder, or what is in it is no whole checkpoint.
     pub fn load(folder: &Path, device: DeviceKind) -> anyhow::Result<Self> {
-        let kind = in_folder(folder, |folder| read_kind(folder))?.0;
+        let kind = in_folder(folder, read_kind)?.0;
         tracing::info!(checkpoint = %folder.display(), kind = kind.name(), "loading a policy");
         Ok(match kind {
-            PolicyKind::Flow => Self::Flow(in_folder(folder, |folder| FlowPolicy::load(folder, device))?),
+            PolicyKind::Flow => Self::Flow(Box::new(load_flow(folder, device)?)),
             PolicyKind::EtSeed => {
-                Self::EtSeed(in_folder(folder, |folder| EtSeedPolicy::load(folder, device))?)
+                let policy = in_folder(folder, |folder| EtSeedPolicy::load(folder, device))?;
+                Self::EtSeed(Box::new(policy))
             }
         })
     }
@@ -67,8 +68,8 @@ impl LearnedPolicy {
     /// What is drawn from.
     pub fn sampler(&self) -> &dyn SamplePolicy {
         match self {
-            Self::Flow(policy) => policy,
-            Self::EtSeed(policy) => policy,
+            Self::Flow(policy) => policy.as_ref(),
+            Self::EtSeed(policy) => policy.as_ref(),
         }
     }
 
@@ -77,11 +78,11 @@ impl LearnedPolicy {
         match self {
             Self::Flow(policy) => {
                 policy.set_solver(solver);
-                policy
+                policy.as_mut()
             }
             Self::EtSeed(policy) => {
                 policy.set_solver(solver);
-                policy
+                policy.as_mut()
             }
         }
     }
@@ -120,7 +121,7 @@ pub fn load_flow(folder: &Path, device: DeviceKind) -> anyhow::Result<FlowPolicy
 /// # Errors
 /// As [`LearnedPolicy::load`].
 pub fn learned_task(folder: &Path) -> anyhow::Result<Option<String>> {
-    Ok(in_folder(folder, |folder| read_kind(folder))?.1)
+    Ok(in_folder(folder, read_kind)?.1)
 }
 
 /// Reads something of a checkpoint; whatever is wrong with it names the folder.

@@ -7,7 +7,7 @@ use reseflow_train::Resume;
 
 use crate::cli::ReflowArgs;
 use crate::config::load_experiment;
-use crate::error::bad_input;
+use crate::error::{about_data, bad_input};
 use crate::learning::load_flow;
 use crate::output::{OutputFile, OutputFolder, Terminal};
 use crate::reflow::{ReflowReport, Round};
@@ -43,10 +43,12 @@ pub(super) fn execute(args: &ReflowArgs, terminal: &Terminal) -> anyhow::Result<
             terminal.note(format!("pairs: {} holds them already", file.display()));
             pairs
         }
-        None => round.make_pairs(&file, terminal)?,
+        None => round.make_pairs(&file, terminal).map_err(|fault| about_data(&args.data, None, fault))?,
     };
     let resume = if args.resume { Resume::Always } else { Resume::Never };
-    let training = round.train(&pairs, validation.as_ref(), &args.out, resume, terminal)?;
+    let training = round
+        .train(&pairs, validation.as_ref(), &args.out, resume, terminal)
+        .map_err(|fault| about_data(&args.data, args.validation.as_deref(), fault))?;
     terminal.say(format!("checkpoint: {}\npairs: {}", args.out.display(), file.display()));
     terminal.machine(&ReflowReport {
         pairs: file.display().to_string(),

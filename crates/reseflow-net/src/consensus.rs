@@ -17,26 +17,6 @@ pub(crate) struct NodePoses {
 }
 
 impl NodePoses {
-    /// Every node's trajectory, or its half-turn about the approach axes where that begins nearer to a gripper that closes along
-    /// `closing`, `[3, B, 1]`; N counts the poses of B trajectories one after the other.
-    pub(crate) fn nearer_half_turn(self, closing: &Tensor<3>) -> Self {
-        let ([_, rows, nodes], [_, scenes, _]) = (self.first.dims(), closing.dims());
-        let steps = rows / scenes;
-        let begin =
-            |column: &Tensor<3>| column.clone().reshape([3, scenes, steps, nodes]).narrow(2, 0, 1).detach();
-        let (first, second) = (begin(&self.first), begin(&self.second));
-        let closing = closing.clone().reshape([3, scenes, 1, 1]);
-        let dot = |a: &Tensor<4>, b: &Tensor<4>| (a.clone() * b.clone()).sum_dim(0);
-        // The second column's part across the first, along the closing direction, times ‖first‖².
-        let along =
-            dot(&second, &closing) * dot(&first, &first) - dot(&second, &first) * dot(&first, &closing);
-        let sign = along.ones_like().mask_fill(along.lower_elem(0.0), -1.0);
-        let turned = |column: Tensor<3>| {
-            (column.reshape([3, scenes, steps, nodes]) * sign.clone()).reshape([3, rows, nodes])
-        };
-        Self { first: turned(self.first), second: turned(self.second), positions: self.positions }
-    }
-
     /// Rotations `[N, 3, 3]` and positions `[N, 3]` on which the nodes agree under `weights`, `[N, K]`.
     pub(crate) fn consensus(&self, weights: &Tensor<2>) -> (Tensor<3>, Tensor<2>) {
         let [rows, nodes] = weights.dims();

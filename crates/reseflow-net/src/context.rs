@@ -6,10 +6,10 @@ use burn::nn::Linear;
 use burn::tensor::{Device, Tensor};
 use rand::Rng;
 
-use crate::init::{linear, normal};
+use crate::init::{linear, linear_around, normal};
 use crate::scene_batch::floats;
 use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M, fourier, gripper_vectors};
-use crate::{DecoderConfig, EncodedScenes, Features, GripperState, NetError};
+use crate::{DecoderConfig, EncodedScenes, Features, GripperState, NetError, Parameterisation};
 
 /// What is known about a scene besides its clouds.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,8 +27,6 @@ pub struct SceneContext {
     pub origins_m: Vec<[f64; 3]>,
     /// Nodes of all frames, scalars `[B·O·K, C]`, vectors with the position as last channel `[3, B·O·K, C + 1]`.
     pub(crate) memory: Features,
-    /// The direction in which the latest frame's gripper closes, `[3, B, 1]`.
-    pub(crate) closing: Tensor<3>,
     /// Centres of all frames, scalars `[B·O·M, C]`, vectors with the position as last channel `[3, B·O·M, C + 1]`.
     pub(crate) centres: Features,
     /// Scene-wide features, scalars `[B, D]`, vectors `[3, B, V]`.
@@ -53,7 +51,7 @@ pub(crate) struct ContextEncoder {
 impl ContextEncoder {
     /// Draws the weights.
     pub(crate) fn new<R: Rng + ?Sized>(config: &DecoderConfig, device: &Device, rng: &mut R) -> Self {
-        let DecoderConfig { frames, nodes, channels, parameterisation, .. } = *config;
+        let DecoderConfig { frames, nodes, channels, .. } = *config;
         let vector_inputs = frames * (nodes * (channels + 1) + 4);
         Self {
             frame_embedding: normal([frames, channels], 0.3, device, rng),
@@ -65,7 +63,7 @@ impl ContextEncoder {
                 rng,
             ),
             vectors: linear([vector_inputs, config.token_vectors], 1.0, false, device, rng),
-            skip: linear([vector_inputs, parameterisation.vectors() * nodes], 0.2, false, device, rng),
+            skip: skip(config, vector_inputs, device, rng),
             frames,
         }
     }
@@ -134,7 +132,6 @@ impl ContextEncoder {
         let memory_rows = scenes * self.frames * nodes;
         Ok(SceneContext {
             centres: centres(frames, &origins_m, &device),
-            closing: closing(states, &device),
             memory: Features {
                 scalars: scalars.reshape([memory_rows, channels]),
                 vectors: vectors.reshape([3, memory_rows, channels + 1]),
@@ -148,6 +145,21 @@ impl ContextEncoder {
             origins_m,
         })
     }
+}
+
+/// What the scene as a whole adds to the nodes' vectors. Poses start out as the latest gripper's: a network that has learnt nothing
+/// stays where it is, and two columns that are nearly parallel, which give no rotation to speak of, are rare.
+fn skip<R: Rng + ?Sized>(config: &DecoderConfig, inputs: usize, device: &Device, rng: &mut R) -> Linear {
+    let outputs = config.parameterisation.vectors() * config.nodes;
+    let mut around = vec![0.0; inputs * outputs];
+    if config.parameterisation == Parameterisation::Endpoint {
+        // The last four inputs are the latest gripper's columns and its offset; the first outputs are the nodes' first columns,
+        // then their second columns.
+        for (column, node) in (0..2).flat_map(|column| (0..config.nodes).map(move |node| (column, node))) {
+            around[(inputs - 4 + column) * outputs + column * config.nodes + node] = 1.0;
+        }
+    }
+    linear_around(around, [inputs, outputs], 0.2, device, rng)
 }
 
 /// A frame's centroids relative to the latest ones, over the offset scale, `[3, B, 1]`.
@@ -198,16 +210,4 @@ fn known(states: &[SceneState], device: &Device) -> Tensor<2> {
         .flat_map(|state| state.frames.iter().map(|gripper| gripper.opening).chain(fourier(state.progress)))
         .collect();
     floats(values, [states.len(), width], device)
-}
-
-/// The direction in which the latest gripper closes, `[3, B, 1]`.
-fn closing(states: &[SceneState], device: &Device) -> Tensor<3> {
-    let values = (0..3)
-        .flat_map(|axis| {
-            states
-                .iter()
-                .map(move |state| state.frames.last().map_or(0.0, |gripper| gripper.columns[1][axis]))
-        })
-        .collect();
-    floats(values, [3, states.len(), 1], device)
 }

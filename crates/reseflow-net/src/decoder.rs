@@ -66,9 +66,6 @@ pub struct DecoderConfig {
     /// What is predicted.
     #[serde(skip_serializing_if = "Parameterisation::is_endpoint")]
     pub parameterisation: Parameterisation,
-    /// Whether a trajectory stands for itself and for its half-turn about the approach axes, which a parallel gripper cannot tell
-    /// apart; meant is the one that begins nearer to the gripper, as experts do not turn further than they must.
-    pub half_turn: bool,
     /// Heads of the attention that points at centres; 0 leaves that attention out.
     pub pointers: usize,
     /// Nodes K; filled in from the encoder.
@@ -88,7 +85,6 @@ impl Default for DecoderConfig {
             token_scalars: 64,
             token_vectors: 32,
             parameterisation: Parameterisation::Endpoint,
-            half_turn: false,
             pointers: 0,
             nodes: 4,
             channels: 32,
@@ -111,12 +107,6 @@ impl DecoderConfig {
             if value == 0 {
                 return Err(NetError::Config(format!("decoder.{key} must be at least 1, got 0")));
             }
-        }
-        if self.half_turn && self.parameterisation == Parameterisation::Twist {
-            return Err(NetError::Config(
-                "decoder.half_turn needs decoder.parameterisation = \"endpoint\": a twist has no half-turn"
-                    .to_owned(),
-            ));
         }
         let heads = self.pointers.max(1);
         if !self.token_scalars.is_multiple_of(heads) || !self.token_vectors.is_multiple_of(heads) {
@@ -154,7 +144,6 @@ impl DecoderConfig {
             twists: (self.parameterisation == Parameterisation::Twist)
                 .then(|| linear([token[0], TWIST_WIDTH * self.nodes], 0.5, true, device, rng)),
             nodes: self.nodes,
-            half_turn: self.half_turn,
         }
     }
 }
@@ -177,8 +166,6 @@ pub struct Decoder {
     pub(crate) twists: Option<Linear>,
     #[module(skip)]
     pub(crate) nodes: usize,
-    #[module(skip)]
-    half_turn: bool,
 }
 
 /// The predicted clean trajectory Ĥ¹, relative to the scenes' origins.
@@ -321,10 +308,7 @@ impl Decoder {
         .reshape([3, rows, nodes])
         .mul_scalar(OFFSET_SCALE_M);
 
-        let mut of_nodes = NodePoses { first, second, positions };
-        if self.half_turn {
-            of_nodes = of_nodes.nearer_half_turn(&context.closing);
-        }
+        let of_nodes = NodePoses { first, second, positions };
         let (rotations, positions_m) = of_nodes.consensus(&weights);
         let (node_rotations, node_positions_m) = of_nodes.poses();
         EndpointPrediction { rotations, positions_m, openings, node_rotations, node_positions_m, weights }

@@ -13,13 +13,22 @@ pub fn normal<const D: usize, R: Rng + ?Sized>(
     device: &Device,
     rng: &mut R,
 ) -> Param<Tensor<D>> {
-    let count = shape.iter().product();
-    let values: Vec<f64> = (0..count)
-        .map(|_| {
-            let draw: f64 = StandardNormal.sample(rng);
-            std * draw
-        })
-        .collect();
+    normal_around(vec![0.0; shape.iter().product()], shape, std, device, rng)
+}
+
+/// The same about `means`.
+fn normal_around<const D: usize, R: Rng + ?Sized>(
+    means: Vec<f64>,
+    shape: [usize; D],
+    std: f64,
+    device: &Device,
+    rng: &mut R,
+) -> Param<Tensor<D>> {
+    let mut values = means;
+    for value in &mut values {
+        let draw: f64 = StandardNormal.sample(rng);
+        *value += std * draw;
+    }
     Param::from_data(TensorData::new(values, shape), device)
 }
 
@@ -34,4 +43,16 @@ pub fn linear<R: Rng + ?Sized>(
     let weight = normal([inputs, outputs], gain / (inputs as f64).sqrt(), device, rng);
     let bias = bias.then(|| Param::from_data(TensorData::new(vec![0.0; outputs], [outputs]), device));
     Linear { weight, bias }
+}
+
+/// A linear map without bias, with weights ~ N(mean, gain² / inputs).
+pub(crate) fn linear_around<R: Rng + ?Sized>(
+    means: Vec<f64>,
+    [inputs, outputs]: [usize; 2],
+    gain: f64,
+    device: &Device,
+    rng: &mut R,
+) -> Linear {
+    let std = gain / (inputs as f64).sqrt();
+    Linear { weight: normal_around(means, [inputs, outputs], std, device, rng), bias: None }
 }

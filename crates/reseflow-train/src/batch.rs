@@ -8,7 +8,7 @@ use reseflow_flow::{EndpointTargets, LossContext, LossParts, NodeTargets, PriorF
 use reseflow_lie::Vector3;
 use reseflow_net::{DecoderConfig, DriftNet, HeatMap, TokenBatch};
 
-use crate::augment::{Scaling, drop_points, jitter};
+use crate::augment::{Augmentation, drop_points, jitter};
 use crate::convert::{endpoint_tensors, tokens};
 use crate::field::{Seen, encode};
 use crate::reflow::Example;
@@ -26,7 +26,7 @@ pub(crate) struct Scene {
     pub(crate) clean: ActionChunk,
     /// How much each of them counts.
     pub(crate) weights: Vec<f64>,
-    scaling: Option<Scaling>,
+    augmentation: Augmentation,
 }
 
 impl Scene {
@@ -39,23 +39,17 @@ impl Scene {
         rng: &mut ChaCha8Rng,
     ) -> Self {
         let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
-        let scaling = Scaling::draw(&observed[observed.len() - 1].cloud, train, rng);
-        observed.iter_mut().for_each(|seen| scaling.iter().for_each(|scaling| scaling.observation(seen)));
-        observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.drop_points, rng));
-        let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
-        observed.iter_mut().for_each(|seen| jitter(&mut seen.cloud, train.jitter_m, rng));
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
+        let (latest, next) = (&observed[observed.len() - 1], wanted[0].action);
+        let augmentation = Augmentation::draw(latest, next, &train.augment, rng);
+        observed.iter_mut().for_each(|seen| augmentation.observation(seen));
+        observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.augment.drop_points, rng));
+        let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
+        observed.iter_mut().for_each(|seen| jitter(&mut seen.cloud, train.augment.jitter_m, rng));
         let weights = wanted.iter().map(|target| target.weight()).collect();
-        let mut scene =
-            Self { window, observed, prior_frame, clean: ActionChunk::default(), weights, scaling };
-        scene.clean = scene.scaled(ActionChunk(wanted.iter().map(|target| *target.action).collect()));
-        scene
-    }
-
-    /// A trajectory through the scene as it was recorded, in this one.
-    fn scaled(&self, mut recorded: ActionChunk) -> ActionChunk {
-        self.scaling.iter().for_each(|scaling| scaling.actions(&mut recorded));
-        recorded
+        let mut clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
+        augmentation.actions(&mut clean);
+        Self { window, observed, prior_frame, clean, weights, augmentation }
     }
 
     /// What the network is shown.
@@ -83,7 +77,12 @@ pub(crate) fn shard_loss(
         drawn.push(window);
         let scene = Scene::draw(window, data, decoder, train, rng);
         let (noise, clean) = match mixed {
-            Some(Example { noise, clean, .. }) => (scene.scaled(noise), scene.scaled(clean)),
+            Some(Example { mut noise, mut clean, .. }) => {
+                // Both belong to the scene as it was recorded.
+                scene.augmentation.noise(&mut noise);
+                scene.augmentation.actions(&mut clean);
+                (noise, clean)
+            }
             None => (model.start(&scene.prior_frame, rng), scene.clean.clone()),
         };
         let t = if model.regression { 0.0 } else { train.time.sample(rng) };

@@ -4,7 +4,7 @@ use reseflow_flow::{ObjectiveConfig, Path, Prior, TimeSampling};
 use reseflow_net::DriftNetConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::TrainError;
+use crate::{AugmentConfig, Optimizer, TrainError};
 
 /// Everything needed to rebuild a policy around its weights.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -65,7 +65,7 @@ pub enum Keep {
     Last,
 }
 
-/// The optimisation of Flow 1: AdamW, warm-up and cosine, global clipping, averaged weights.
+/// The optimisation of Flow 1: Muon or AdamW, warm-up and cosine, global clipping, averaged weights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainConfig {
@@ -75,6 +75,8 @@ pub struct TrainConfig {
     pub batch_size: usize,
     /// Threads that share a batch; part of the arithmetic, so not guessed from the machine.
     pub shards: usize,
+    /// What turns gradients into steps.
+    pub optimizer: Optimizer,
     /// Peak learning rate.
     pub learning_rate: f64,
     /// Updates of linear warm-up.
@@ -87,12 +89,8 @@ pub struct TrainConfig {
     pub ema_decay: f64,
     /// Share of windows that start with the episode; the rest is uniform over all steps.
     pub first_window_share: f64,
-    /// Standard deviation of the jitter of cloud points, metres.
-    pub jitter_m: f64,
-    /// Largest share of a cloud's points that are left out; the share itself is drawn for each cloud, from 0 up to this.
-    pub drop_points: f64,
-    /// Standard deviation of the logarithm of the scene's size: cloud, gripper and actions grow or shrink about the centroid.
-    pub scale_std: f64,
+    /// How windows are changed each time they are drawn.
+    pub augment: AugmentConfig,
     /// Batches whose gradients are summed up for one update.
     pub accumulate: usize,
     /// Updates between validations.
@@ -117,15 +115,14 @@ impl Default for TrainConfig {
             updates: 3000,
             batch_size: 16,
             shards: 2,
+            optimizer: Optimizer::default(),
             learning_rate: 2e-3,
             warmup: 100,
             weight_decay: 1e-4,
             clip_norm: 1.0,
             ema_decay: 0.995,
             first_window_share: 0.3,
-            jitter_m: 0.001,
-            drop_points: 0.0,
-            scale_std: 0.0,
+            augment: AugmentConfig::default(),
             accumulate: 1,
             validate_every: 500,
             keep: Keep::Last,
@@ -176,9 +173,6 @@ impl TrainConfig {
             ("clip_norm", self.clip_norm, f64::MIN_POSITIVE, 1e6),
             ("ema_decay", self.ema_decay, 0.0, 1.0),
             ("first_window_share", self.first_window_share, 0.0, 1.0),
-            ("jitter_m", self.jitter_m, 0.0, 1.0),
-            ("drop_points", self.drop_points, 0.0, 0.5),
-            ("scale_std", self.scale_std, 0.0, 0.5),
         ] {
             if !(low..=high).contains(&value) {
                 return Err(TrainError::Config(format!(
@@ -186,6 +180,7 @@ impl TrainConfig {
                 )));
             }
         }
+        self.augment.validate()?;
         self.time.validate()?;
         Ok(self.objective.validate()?)
     }

@@ -4,7 +4,7 @@
 //! the sections that it lists. Batches and noise are functions of (seed, update, shard), so no random generator is in it.
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
-use burn::optim::{AdamWConfig, ModuleOptimizer};
+use burn::optim::ModuleOptimizer;
 use burn::tensor::{Bytes, Device, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub(crate) struct TrainState<N> {
     pub(crate) update: usize,
     /// The weights that are optimised.
     pub(crate) net: N,
-    /// AdamW's moments and step counters.
+    /// The optimiser's moments and step counters.
     pub(crate) optimizer: ModuleOptimizer,
     /// The averaged weights.
     pub(crate) average: WeightAverage,
@@ -62,7 +62,7 @@ impl<N: Module> TrainState<N> {
         Self {
             update: 0,
             net,
-            optimizer: AdamWConfig::new().with_weight_decay(train.weight_decay as f32).init(),
+            optimizer: train.optimizer.init(train.weight_decay),
             average: WeightAverage::new(train.ema_decay),
             validation: None,
             best: None,

@@ -10,8 +10,8 @@
 mod support;
 
 mod checkpoint;
-mod decoder_options;
 mod degree_checkpoint;
+mod pointer;
 mod refusals;
 
 use burn::tensor::FloatDType;

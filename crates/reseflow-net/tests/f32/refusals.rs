@@ -16,7 +16,7 @@ use crate::support::{devices, rng, small};
 #[test]
 fn a_size_that_makes_no_sense_is_named() {
     type Spoil = fn(&mut DriftNetConfig);
-    let cases: [(&str, Spoil); 16] = [
+    let cases: [(&str, Spoil); 15] = [
         ("encoder.graph.centres", |config| config.encoder.graph.centres = 0),
         ("encoder.graph.point_neighbors", |config| config.encoder.graph.point_neighbors = 0),
         ("encoder.graph.centre_neighbors", |config| config.encoder.graph.centre_neighbors = 0),
@@ -32,9 +32,6 @@ fn a_size_that_makes_no_sense_is_named() {
         ("encoder.graph.color_m", |config| config.encoder.graph.color_m = -0.1),
         ("encoder.graph.color_m", |config| config.encoder.graph.color_m = f64::NAN),
         ("decoder.pointers", |config| config.decoder.pointers = 5),
-        ("decoder.half_turn", |config| {
-            (config.decoder.half_turn, config.decoder.parameterisation) = (true, Parameterisation::Twist);
-        }),
     ];
     for (key, spoil) in cases {
         let mut config = DriftNetConfig::default();

@@ -103,7 +103,6 @@ pub(crate) fn small() -> DriftNetConfig {
             layers: 2,
             token_scalars: 12,
             token_vectors: 8,
-            half_turn: true,
             pointers: 2,
             ..DecoderConfig::default()
         },

@@ -19,7 +19,6 @@ const LENGTH_M: f64 = 0.1;
 /// The same sizes, predicting twists.
 pub(crate) fn in_twist_form(mut config: DriftNetConfig) -> DriftNetConfig {
     config.decoder.parameterisation = Parameterisation::Twist;
-    config.decoder.half_turn = false;
     config
 }
 

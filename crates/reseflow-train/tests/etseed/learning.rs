@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use reseflow_data::{Split, Window};
-use reseflow_train::{TrainConfig, TrainError};
+use reseflow_train::{AugmentConfig, TrainConfig, TrainError};
 
 use crate::support::{Shelf, demonstrations, histories, mean_d_geo, tiny_config, tiny_training};
 
@@ -11,8 +11,12 @@ use crate::support::{Shelf, demonstrations, histories, mean_d_geo, tiny_config, 
 fn a_few_hundred_updates_learn_a_demonstration_by_heart_and_every_respacing_recalls_it() {
     let shelf = Shelf::new();
     let data = demonstrations(Split::Train, 1);
-    let base =
-        TrainConfig { first_window_share: 1.0, jitter_m: 0.0, weight_decay: 0.0, ..tiny_training(800) };
+    let base = TrainConfig {
+        first_window_share: 1.0,
+        augment: AugmentConfig::NONE,
+        weight_decay: 0.0,
+        ..tiny_training(800)
+    };
     // A learning rate of zero keeps the weights as they were drawn.
     let untrained = TrainConfig { updates: 1, learning_rate: 0.0, validate_every: 1, ..base.clone() };
     shelf.train("untrained", &tiny_config(), &untrained, &data, None).unwrap();

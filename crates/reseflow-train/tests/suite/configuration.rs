@@ -31,10 +31,16 @@ fn a_training_value_out_of_range_is_refused_by_its_key() {
         ("clip_norm", &["0.0", "-1.0", "nan", "inf"]),
         ("ema_decay", &["-0.1", "1.1", "nan"]),
         ("first_window_share", &["-0.1", "1.1", "nan"]),
-        ("jitter_m", &["-0.001", "1.5", "nan"]),
         ("accumulate", &["0"]),
-        ("drop_points", &["-0.1", "0.6", "nan"]),
-        ("scale_std", &["-0.1", "0.6", "nan"]),
+        ("augment.jitter_m", &["-0.001", "1.5", "nan"]),
+        ("augment.drop_points", &["-0.1", "0.6", "nan"]),
+        ("augment.scale_std", &["-0.1", "0.6", "nan"]),
+        ("augment.hue_shift", &["-0.1", "0.6", "nan"]),
+        ("augment.gripper_std_rad", &["-0.1", "1.1", "nan"]),
+        ("augment.gripper_std_m", &["-0.1", "1.1", "nan"]),
+        ("augment.bend_std", &["-0.1", "0.6", "nan"]),
+        ("augment.mirror_share", &["-0.1", "1.1", "nan"]),
+        ("augment.half_turn_share", &["-0.1", "1.1", "nan"]),
         ("time.zero_share", &["-0.1", "1.1", "nan"]),
         ("objective.nodes", &["-0.5", "nan", "inf"]),
         ("objective.opening", &["-0.5", "nan", "inf"]),
@@ -47,7 +53,8 @@ fn a_training_value_out_of_range_is_refused_by_its_key() {
             assert!(fault.contains(key), "{key} = {value}: {fault}");
         }
     }
-    for (key, value) in [("learning_rate", "0.0"), ("ema_decay", "0.0"), ("jitter_m", "0.0"), ("warmup", "0")]
+    for (key, value) in
+        [("learning_rate", "0.0"), ("ema_decay", "0.0"), ("augment.jitter_m", "0.0"), ("warmup", "0")]
     {
         with::<TrainConfig>(&good, key, value).validate().unwrap();
     }
@@ -90,7 +97,7 @@ fn a_model_value_out_of_range_is_refused_by_its_key() {
 
 #[test]
 fn unknown_keys_are_refused() {
-    for text in ["update = 3", "[objective]\nnode = 1.0", "[time]\nzero = 0.1"] {
+    for text in ["update = 3", "[objective]\nnode = 1.0", "[time]\nzero = 0.1", "[augment]\nmirror = 0.5"] {
         let fault = toml::from_str::<TrainConfig>(text).unwrap_err().to_string();
         assert!(fault.contains("unknown field"), "{fault}");
     }

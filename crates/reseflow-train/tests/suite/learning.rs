@@ -2,7 +2,7 @@
 
 use reseflow_data::Split;
 use reseflow_flow::TimeSampling;
-use reseflow_train::TrainConfig;
+use reseflow_train::{AugmentConfig, TrainConfig};
 use serde_json::Value;
 
 use crate::support::{Shelf, contents, demonstrations, histories, mean_d_geo, tiny_training, untimed};
@@ -14,7 +14,7 @@ fn a_few_hundred_updates_learn_two_demonstrations_by_heart() {
     let base = TrainConfig {
         shards: 1,
         first_window_share: 1.0,
-        jitter_m: 0.0,
+        augment: AugmentConfig::NONE,
         weight_decay: 0.0,
         time: TimeSampling { zero_share: 0.5, ..TimeSampling::default() },
         ..tiny_training(250)

@@ -6,7 +6,8 @@ use reseflow_data::{ActionChunk, Dataset, FlowPair, ObservationHistory, Split, W
 use reseflow_flow::{PriorFrame, Solver, TimeSampling};
 use reseflow_lie::geodesic_distance;
 use reseflow_train::{
-    DeviceKind, Mixture, MixtureConfig, PairConfig, Resume, TrainConfig, TrainRequest, make_pairs, train,
+    AugmentConfig, DeviceKind, Mixture, MixtureConfig, PairConfig, Resume, TrainConfig, TrainRequest,
+    make_pairs, train,
 };
 
 use crate::support::{Journal, Shelf, demonstrations, histories, tiny_model, tiny_training};
@@ -76,7 +77,7 @@ fn pairs_alone_teach_the_straight_flow_that_they_come_from() {
     let config = MixtureConfig { pair_share: 1.0, ..MixtureConfig::default() };
     let mixture = Mixture::new(config, &pairs, &data, model.network.decoder.horizon).unwrap();
     let training = TrainConfig {
-        jitter_m: 0.0,
+        augment: AugmentConfig::NONE,
         time: TimeSampling { zero_share: 0.5, ..TimeSampling::default() },
         ..tiny_training(400)
     };

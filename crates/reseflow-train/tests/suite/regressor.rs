@@ -2,7 +2,7 @@
 
 use reseflow_data::Split;
 use reseflow_flow::{HaarPrior, Prior, Solver, TimeSampling};
-use reseflow_train::{ModelConfig, PairConfig, TrainConfig, make_pairs};
+use reseflow_train::{AugmentConfig, ModelConfig, PairConfig, TrainConfig, make_pairs};
 
 use crate::support::{Shelf, demonstrations, histories, mean_d_geo, tiny_model, tiny_training};
 
@@ -14,7 +14,7 @@ fn a_regressor_learns_answers_the_same_to_every_seed_and_knows_neither_noise_nor
     let base = TrainConfig {
         shards: 1,
         first_window_share: 1.0,
-        jitter_m: 0.0,
+        augment: AugmentConfig::NONE,
         weight_decay: 0.0,
         ..tiny_training(200)
     };

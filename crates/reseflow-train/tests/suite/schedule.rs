@@ -1,7 +1,7 @@
 //! What is kept, when training ends, what an update is made of, and what is said when it fails.
 
 use reseflow_data::Split;
-use reseflow_train::{Keep, TrainConfig};
+use reseflow_train::{AugmentConfig, Keep, TrainConfig};
 
 use crate::support::{Shelf, contents, demonstrations, histories, mean_d_geo, tiny_training};
 
@@ -93,8 +93,9 @@ fn thinned_and_resized_clouds_train_other_weights() {
     let shelf = Shelf::new();
     let data = demonstrations(Split::Train, 2);
     let plain = tiny_training(4);
-    let thinned = TrainConfig { drop_points: 0.5, ..plain.clone() };
-    let resized = TrainConfig { scale_std: 0.1, ..plain.clone() };
+    let thinned =
+        TrainConfig { augment: AugmentConfig { drop_points: 0.5, ..plain.augment }, ..plain.clone() };
+    let resized = TrainConfig { augment: AugmentConfig { scale_std: 0.1, ..plain.augment }, ..plain.clone() };
     for (name, config) in [("plain", &plain), ("thinned", &thinned), ("resized", &resized)] {
         shelf.train(name, config, &data, None).unwrap();
     }

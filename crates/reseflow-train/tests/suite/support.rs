@@ -57,7 +57,6 @@ pub(crate) fn tiny_training(updates: usize) -> TrainConfig {
         clip_norm: 1.0,
         ema_decay: 0.95,
         first_window_share: 0.3,
-        jitter_m: 0.001,
         validate_every: updates,
         seed: 1,
         time: TimeSampling { zero_share: 0.3, ..TimeSampling::default() },

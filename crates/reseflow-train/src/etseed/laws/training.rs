@@ -12,14 +12,14 @@ use reseflow_lie_tensor::so3;
 use super::{HORIZON, config, data, device, rng};
 use crate::etseed::batch::{Example, draw};
 use crate::etseed::objective::left_factor_loss;
-use crate::{DeviceKind, EtSeedConfig, Resume, TrainConfig, TrainRequest};
+use crate::{AugmentConfig, DeviceKind, EtSeedConfig, Resume, TrainConfig, TrainRequest};
 
 fn examples(data: &Dataset, config: &EtSeedConfig, count: usize) -> Vec<Example> {
     let train = TrainConfig {
         batch_size: count,
         shards: 1,
         first_window_share: 0.0,
-        jitter_m: 0.0,
+        augment: AugmentConfig::NONE,
         ..TrainConfig::default()
     };
     let request = TrainRequest {

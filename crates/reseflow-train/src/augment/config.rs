@@ -1,0 +1,88 @@
+//! Which augmentations there are, and how strong.
+
+use serde::{Deserialize, Serialize};
+
+use crate::TrainError;
+
+/// How a training window is changed each time it is drawn. Zero switches a change off.
+///
+/// Rotations of the scene are not among them: the network is equivariant, so they would teach it nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AugmentConfig {
+    /// Standard deviation of the jitter of cloud points, metres.
+    pub jitter_m: f64,
+    /// Largest share of a cloud's points that are left out; the share itself is drawn for each cloud, from 0 up to this.
+    pub drop_points: f64,
+    /// Standard deviation of the logarithm of the scene's size: cloud, gripper and actions grow or shrink about the centroid.
+    pub scale_std: f64,
+    /// Largest turn of all colours about the grey axis, as a share of the whole circle; the turn is drawn uniformly from both sides.
+    pub hue_shift: f64,
+    /// Standard deviation of the gripper's turn about each of its axes, radian; the actions stay where they are.
+    pub gripper_std_rad: f64,
+    /// Standard deviation of the gripper's shift along each of its axes, metres; the actions stay where they are.
+    pub gripper_std_m: f64,
+    /// Standard deviation of a bend of the scene within the plane across the approach axis: by how much, 0.15 m from the middle,
+    /// things are turned (in radian) and stretched. For tasks that follow a drawn curve.
+    pub bend_std: f64,
+    /// Share of windows that are seen in a mirror: the plane in which the gripper is its own mirror image.
+    pub mirror_share: f64,
+    /// Share of windows in which gripper and actions are turned by π about the approach axis: the gripper's other symmetry.
+    pub half_turn_share: f64,
+}
+
+impl Default for AugmentConfig {
+    fn default() -> Self {
+        Self {
+            jitter_m: 0.001,
+            drop_points: 0.0,
+            scale_std: 0.0,
+            hue_shift: 0.0,
+            gripper_std_rad: 0.0,
+            gripper_std_m: 0.0,
+            bend_std: 0.0,
+            mirror_share: 0.0,
+            half_turn_share: 0.0,
+        }
+    }
+}
+
+impl AugmentConfig {
+    /// No augmentation at all.
+    pub const NONE: Self = Self {
+        jitter_m: 0.0,
+        drop_points: 0.0,
+        scale_std: 0.0,
+        hue_shift: 0.0,
+        gripper_std_rad: 0.0,
+        gripper_std_m: 0.0,
+        bend_std: 0.0,
+        mirror_share: 0.0,
+        half_turn_share: 0.0,
+    };
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`] naming the first that is out of range.
+    pub fn validate(&self) -> Result<(), TrainError> {
+        for (key, value, high) in [
+            ("jitter_m", self.jitter_m, 1.0),
+            ("drop_points", self.drop_points, 0.5),
+            ("scale_std", self.scale_std, 0.5),
+            ("hue_shift", self.hue_shift, 0.5),
+            ("gripper_std_rad", self.gripper_std_rad, 1.0),
+            ("gripper_std_m", self.gripper_std_m, 1.0),
+            ("bend_std", self.bend_std, 0.5),
+            ("mirror_share", self.mirror_share, 1.0),
+            ("half_turn_share", self.half_turn_share, 1.0),
+        ] {
+            if !(0.0..=high).contains(&value) {
+                return Err(TrainError::Config(format!(
+                    "train.augment.{key} must lie in 0 to {high}, got {value}"
+                )));
+            }
+        }
+        Ok(())
+    }
+}

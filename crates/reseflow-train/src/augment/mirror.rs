@@ -1,0 +1,85 @@
+//! Scenes seen in a mirror.
+
+use reseflow_lie::{Matrix3, SE3, SO3, Vector3};
+
+/// The reflection in the plane through the gripper's origin across its x axis.
+///
+/// A parallel gripper is its own mirror image in that plane, so the mirrored pose R ↦ S R D with D = diag(−1, 1, 1) is again a
+/// pose of the same gripper, and the gripper that spans the plane stays where it is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mirror {
+    point_m: Vector3<f64>,
+    /// The plane's normal, a unit vector.
+    normal: Vector3<f64>,
+}
+
+impl Mirror {
+    pub(super) fn of_gripper(world_from_gripper: &SE3) -> Self {
+        let normal = world_from_gripper.rotation.act(&Vector3::x());
+        Self { point_m: world_from_gripper.translation, normal }
+    }
+
+    fn position(&self, position_m: Vector3<f64>) -> Vector3<f64> {
+        position_m - self.normal * (2.0 * self.normal.dot(&(position_m - self.point_m)))
+    }
+
+    pub(super) fn points(&self, points: &mut [[f32; 3]]) {
+        for point in points {
+            *point = self.position(Vector3::from(point.map(f64::from))).map(|value| value as f32).into();
+        }
+    }
+
+    pub(super) fn pose(&self, pose: &mut SE3) {
+        let reflection = Matrix3::identity() - 2.0 * self.normal * self.normal.transpose();
+        let mirrored =
+            reflection * pose.rotation.matrix() * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0));
+        // A product of two reflections and a rotation is a rotation, so this never fails.
+        if let Ok(rotation) = SO3::from_matrix(&mirrored) {
+            *pose = SE3::new(rotation, self.position(pose.translation));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use reseflow_lie::geodesic_distance;
+
+    fn pose(angle: f64, position: [f64; 3]) -> SE3 {
+        SE3::new(SO3::exp(&Vector3::new(angle, 0.3, -angle)), Vector3::from(position))
+    }
+
+    #[test]
+    fn the_gripper_is_its_own_mirror_image() {
+        let gripper = pose(0.8, [0.3, -0.2, 0.4]);
+        let mut mirrored = gripper;
+        Mirror::of_gripper(&gripper).pose(&mut mirrored);
+        let apart = geodesic_distance(&gripper, &mirrored);
+        assert!(apart.rotation_rad < 1e-12 && apart.translation_m < 1e-12, "{apart:?}");
+    }
+
+    #[test]
+    fn a_mirror_keeps_distances_turns_handedness_and_undoes_itself() {
+        let mirror = Mirror::of_gripper(&pose(0.8, [0.3, -0.2, 0.4]));
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector3::from);
+        let seen = corners.map(|corner| mirror.position(corner));
+        for (i, j) in [(0, 1), (0, 2), (1, 3), (2, 3)] {
+            assert!(((seen[i] - seen[j]).norm() - (corners[i] - corners[j]).norm()).abs() < 1e-12);
+        }
+        let volume = |c: &[Vector3<f64>; 4]| (c[1] - c[0]).cross(&(c[2] - c[0])).dot(&(c[3] - c[0]));
+        assert!((volume(&seen) + volume(&corners)).abs() < 1e-12, "the handedness stayed");
+        let before = pose(2.0, [0.5, 0.1, -0.7]);
+        let mut after = before;
+        mirror.pose(&mut after);
+        // The gripper's x axis is reflected and turned about, its other axes are reflected.
+        for (axis, sign) in [(Vector3::x(), -1.0), (Vector3::y(), 1.0), (Vector3::z(), 1.0)] {
+            let tip = before.translation + before.rotation.act(&axis) * sign;
+            let expected = mirror.position(tip) - mirror.position(before.translation);
+            assert!((after.rotation.act(&axis) - expected).norm() < 1e-12);
+        }
+        assert!(geodesic_distance(&before, &after).rotation_rad > 0.1, "nothing was mirrored");
+        mirror.pose(&mut after);
+        let apart = geodesic_distance(&before, &after);
+        assert!(apart.rotation_rad < 1e-12 && apart.translation_m < 1e-12, "{apart:?}");
+    }
+}

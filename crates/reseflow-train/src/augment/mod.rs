@@ -1,0 +1,296 @@
+//! Augmentations of a training window, drawn anew each time: the whole scene in another size or seen in a mirror, the gripper
+//! elsewhere, colours turned, points left out, points moved.
+
+mod bend;
+mod config;
+mod mirror;
+mod points;
+mod scaling;
+
+use std::f64::consts::PI;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use reseflow_data::{Action, ActionChunk, Observation};
+use reseflow_lie::{BodyTwist, SE3, SO3, Vector3};
+
+use bend::Bend;
+pub use config::AugmentConfig;
+use mirror::Mirror;
+use points::HueTurn;
+pub(crate) use points::{drop_points, jitter};
+use scaling::Scaling;
+
+/// What is done to a window as a whole: to all its frames, its noise and its actions alike.
+///
+/// Observations and noise follow the gripper's move, the actions do not, because an expert's commands depend on the scene alone (but
+/// for the choice between grasps that are as good as each other).
+#[derive(Debug)]
+pub(crate) struct Augmentation {
+    scaling: Option<Scaling>,
+    mirror: Option<Mirror>,
+    bend: Option<Bend>,
+    /// What takes gripper and noise to where the bend takes the first action.
+    bend_move: Option<SE3>,
+    /// What the gripper's own move adds on the right of its pose.
+    gripper_move: Option<SE3>,
+    /// The same as a change of the world, for the noise.
+    noise_move: Option<SE3>,
+    is_half_turned: bool,
+    hue: Option<HueTurn>,
+}
+
+impl Augmentation {
+    /// Draws the changes of a window whose latest observation is `latest` and whose next action is `next`; what is switched off
+    /// draws nothing.
+    pub(crate) fn draw(
+        latest: &Observation,
+        next: &Action,
+        config: &AugmentConfig,
+        rng: &mut ChaCha8Rng,
+    ) -> Self {
+        let scaling = Scaling::draw(&latest.cloud, config.scale_std, rng);
+        let mirror = chance(config.mirror_share, rng).then(|| Mirror::of_gripper(&latest.world_from_gripper));
+        let gripper_move = gripper_move(config, rng);
+        let is_half_turned = chance(config.half_turn_share, rng);
+        let hue = HueTurn::draw(config.hue_shift, rng);
+        let mut drawn = Self {
+            scaling,
+            mirror,
+            bend: None,
+            bend_move: None,
+            gripper_move,
+            noise_move: None,
+            is_half_turned,
+            hue,
+        };
+        if config.bend_std > 0.0 {
+            let (mut cloud, mut next) = (latest.cloud.clone(), *next);
+            drawn.points(&mut cloud.points);
+            drawn.reshape(&mut next.world_from_gripper);
+            drawn.bend = Bend::draw(&cloud, &next, config.bend_std, rng);
+            let next = next.world_from_gripper;
+            drawn.bend_move = drawn.bend.map(|bend| bend.pose(&next) * next.inverse());
+        }
+        if let Some(gripper_move) = gripper_move {
+            let mut gripper = latest.world_from_gripper;
+            drawn.reshape(&mut gripper);
+            drawn.follow(&mut gripper);
+            drawn.noise_move = Some(gripper * gripper_move * gripper.inverse());
+        }
+        drawn
+    }
+
+    /// Cloud and gripper as changed.
+    pub(crate) fn observation(&self, observation: &mut Observation) {
+        self.points(&mut observation.cloud.points);
+        self.bend.iter().for_each(|bend| bend.points(&mut observation.cloud.points));
+        self.hue.iter().for_each(|hue| hue.colors(&mut observation.cloud.colors));
+        let gripper = &mut observation.world_from_gripper;
+        self.reshape(gripper);
+        self.follow(gripper);
+        if let Some(gripper_move) = self.gripper_move {
+            *gripper = *gripper * gripper_move;
+        }
+        self.half_turn(gripper);
+    }
+
+    /// Noise that belongs to the scene as it was recorded; it follows the gripper.
+    pub(crate) fn noise(&self, noise: &mut ActionChunk) {
+        for action in &mut noise.0 {
+            let pose = &mut action.world_from_gripper;
+            self.reshape(pose);
+            self.follow(pose);
+            if let Some(noise_move) = self.noise_move {
+                *pose = noise_move * *pose;
+            }
+            self.half_turn(pose);
+        }
+    }
+
+    /// The actions as changed.
+    pub(crate) fn actions(&self, chunk: &mut ActionChunk) {
+        chunk.0.iter_mut().for_each(|action| self.reshape(&mut action.world_from_gripper));
+        self.bend.iter().for_each(|bend| bend.actions(chunk));
+        chunk.0.iter_mut().for_each(|action| self.half_turn(&mut action.world_from_gripper));
+    }
+
+    fn points(&self, points: &mut [[f32; 3]]) {
+        self.scaling.iter().for_each(|scaling| scaling.points(points));
+        self.mirror.iter().for_each(|mirror| mirror.points(points));
+    }
+
+    fn reshape(&self, pose: &mut SE3) {
+        self.scaling.iter().for_each(|scaling| scaling.pose(pose));
+        self.mirror.iter().for_each(|mirror| mirror.pose(pose));
+    }
+
+    fn follow(&self, pose: &mut SE3) {
+        if let Some(bend_move) = self.bend_move {
+            *pose = bend_move * *pose;
+        }
+    }
+
+    fn half_turn(&self, pose: &mut SE3) {
+        if self.is_half_turned {
+            pose.rotation = pose.rotation * SO3::exp(&(Vector3::z() * PI));
+        }
+    }
+}
+
+/// True with the chance `share`; certain answers draw nothing.
+fn chance(share: f64, rng: &mut ChaCha8Rng) -> bool {
+    share > 0.0 && rng.random::<f64>() < share
+}
+
+fn gripper_move(config: &AugmentConfig, rng: &mut ChaCha8Rng) -> Option<SE3> {
+    if config.gripper_std_rad == 0.0 && config.gripper_std_m == 0.0 {
+        return None;
+    }
+    let turns = Normal::new(0.0, config.gripper_std_rad).ok()?;
+    let shifts = Normal::new(0.0, config.gripper_std_m).ok()?;
+    let angular = Vector3::from_fn(|_, _| turns.sample(rng));
+    let linear = Vector3::from_fn(|_, _| shifts.sample(rng));
+    Some(SE3::exp(&BodyTwist::new(angular, linear)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::rand_core::SeedableRng;
+    use reseflow_data::PointCloud;
+    use reseflow_lie::geodesic_distance;
+
+    fn rng(seed: u64) -> ChaCha8Rng {
+        ChaCha8Rng::seed_from_u64(seed)
+    }
+
+    fn pose(angle: f64, position: [f64; 3]) -> SE3 {
+        SE3::new(SO3::exp(&Vector3::new(angle, 0.3, -angle)), Vector3::from(position))
+    }
+
+    fn seen() -> Observation {
+        let points =
+            (0..20_u8).map(|i| [0.01 * f32::from(i), 0.1 * f32::from(i % 7), -0.05 * f32::from(i % 3)]);
+        Observation {
+            cloud: PointCloud { points: points.collect(), colors: vec![[200, 40, 90]; 20] },
+            world_from_gripper: pose(0.7, [0.1, -0.2, 0.5]),
+            gripper_opening: 0.4,
+        }
+    }
+
+    fn next() -> Action {
+        Action { world_from_gripper: pose(0.4, [0.2, 0.0, 0.1]), opening: 1.0 }
+    }
+
+    fn chunk(pose: SE3) -> ActionChunk {
+        ActionChunk(vec![Action { world_from_gripper: pose, opening: 0.5 }])
+    }
+
+    fn first(chunk: &ActionChunk) -> SE3 {
+        chunk.0[0].world_from_gripper
+    }
+
+    fn assert_same(one: &SE3, other: &SE3) {
+        let apart = geodesic_distance(one, other);
+        assert!(apart.rotation_rad < 1e-6 && apart.translation_m < 1e-6, "{apart:?}");
+    }
+
+    #[test]
+    fn augmentations_that_are_off_draw_and_change_nothing() {
+        let (mut one, mut other) = (rng(3), rng(3));
+        let before = seen();
+        let (mut after, mut actions, mut noise) =
+            (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
+        let drawn = Augmentation::draw(&before, &next(), &AugmentConfig::NONE, &mut one);
+        drawn.observation(&mut after);
+        drawn.actions(&mut actions);
+        drawn.noise(&mut noise);
+        drop_points(&mut after.cloud, 0.0, &mut one);
+        assert_eq!(after, before);
+        assert_eq!((first(&actions), first(&noise)), (pose(2.0, [0.3; 3]), pose(1.0, [0.2; 3])));
+        assert_eq!(one.random::<u64>(), other.random::<u64>());
+    }
+
+    #[test]
+    fn a_moved_gripper_takes_its_noise_along_and_leaves_cloud_and_actions() {
+        let config = AugmentConfig { gripper_std_rad: 0.2, gripper_std_m: 0.05, ..AugmentConfig::NONE };
+        let mut squared = [0.0; 2];
+        for seed in 0..300 {
+            let before = seen();
+            let drawn = Augmentation::draw(&before, &next(), &config, &mut rng(seed));
+            let (mut after, mut actions, mut noise) =
+                (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
+            drawn.observation(&mut after);
+            drawn.actions(&mut actions);
+            drawn.noise(&mut noise);
+            assert_eq!(after.cloud, before.cloud);
+            assert_eq!(first(&actions), pose(2.0, [0.3; 3]));
+            let relative = |gripper: &SE3, pose: &SE3| gripper.inverse() * *pose;
+            assert_same(
+                &relative(&before.world_from_gripper, &pose(1.0, [0.2; 3])),
+                &relative(&after.world_from_gripper, &first(&noise)),
+            );
+            let moved = (before.world_from_gripper.inverse() * after.world_from_gripper).log();
+            squared[0] += moved.angular.norm_squared() / 900.0;
+            squared[1] += moved.linear.norm_squared() / 900.0;
+        }
+        assert!(
+            (squared[0].sqrt() - 0.2).abs() < 0.02 && (squared[1].sqrt() - 0.05).abs() < 0.005,
+            "{squared:?}"
+        );
+    }
+
+    #[test]
+    fn a_mirrored_scene_leaves_the_gripper_and_keeps_distances_between_cloud_and_actions() {
+        let config = AugmentConfig { mirror_share: 1.0, ..AugmentConfig::NONE };
+        let before = seen();
+        let drawn = Augmentation::draw(&before, &next(), &config, &mut rng(1));
+        let (mut after, mut actions) = (before.clone(), chunk(pose(2.0, [0.3; 3])));
+        drawn.observation(&mut after);
+        drawn.actions(&mut actions);
+        assert_same(&after.world_from_gripper, &before.world_from_gripper);
+        let to =
+            |point: [f32; 3], pose: &SE3| (Vector3::from(point.map(f64::from)) - pose.translation).norm();
+        for (new, old) in after.cloud.points.iter().zip(&before.cloud.points) {
+            assert!((to(*new, &first(&actions)) - to(*old, &pose(2.0, [0.3; 3]))).abs() < 1e-6);
+        }
+        assert!(geodesic_distance(&first(&actions), &pose(2.0, [0.3; 3])).rotation_rad > 0.1);
+    }
+
+    #[test]
+    fn a_half_turn_swaps_the_fingers_of_gripper_noise_and_actions() {
+        let config = AugmentConfig { half_turn_share: 1.0, ..AugmentConfig::NONE };
+        let before = seen();
+        let drawn = Augmentation::draw(&before, &next(), &config, &mut rng(1));
+        let (mut after, mut actions, mut noise) =
+            (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
+        drawn.observation(&mut after);
+        drawn.actions(&mut actions);
+        drawn.noise(&mut noise);
+        assert_eq!(after.cloud, before.cloud);
+        for (new, old) in [
+            (after.world_from_gripper, before.world_from_gripper),
+            (first(&actions), pose(2.0, [0.3; 3])),
+            (first(&noise), pose(1.0, [0.2; 3])),
+        ] {
+            assert_eq!(new.translation, old.translation);
+            for (axis, sign) in [(Vector3::x(), -1.0), (Vector3::y(), -1.0), (Vector3::z(), 1.0)] {
+                assert!((new.rotation.act(&axis) - old.rotation.act(&axis) * sign).norm() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn shares_are_the_chances_of_a_mirror_and_of_a_half_turn() {
+        let config = AugmentConfig { mirror_share: 0.3, half_turn_share: 0.6, ..AugmentConfig::NONE };
+        let mut rng = rng(5);
+        let drawn: Vec<_> =
+            (0..1000).map(|_| Augmentation::draw(&seen(), &next(), &config, &mut rng)).collect();
+        let mirrored = drawn.iter().filter(|drawn| drawn.mirror.is_some()).count();
+        let turned = drawn.iter().filter(|drawn| drawn.is_half_turned).count();
+        // Four standard deviations are 62.
+        assert!(mirrored.abs_diff(300) < 62 && turned.abs_diff(600) < 62, "{mirrored} and {turned}");
+    }
+}

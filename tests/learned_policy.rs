@@ -23,7 +23,7 @@ impl TrainObserver for Silent {
 fn trained(data: &Dataset, updates: usize) -> FlowPolicy {
     let mut model = ModelConfig::default();
     model.network.encoder = EncoderConfig {
-        graph: GraphConfig { centres: 16, point_neighbors: 8, centre_neighbors: 6 },
+        graph: GraphConfig { centres: 16, point_neighbors: 8, centre_neighbors: 6, color_m: 0.0 },
         channels: 16,
         layers: 1,
         ..EncoderConfig::default()

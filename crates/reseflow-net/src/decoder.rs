@@ -85,7 +85,7 @@ impl Default for DecoderConfig {
             token_scalars: 64,
             token_vectors: 32,
             parameterisation: Parameterisation::Endpoint,
-            pointers: 0,
+            pointers: 4,
             nodes: 4,
             channels: 32,
         }

@@ -24,7 +24,7 @@ pub struct GraphConfig {
 
 impl Default for GraphConfig {
     fn default() -> Self {
-        Self { centres: 32, point_neighbors: 16, centre_neighbors: 12, color_m: 0.0 }
+        Self { centres: 32, point_neighbors: 16, centre_neighbors: 12, color_m: 0.1 }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Pointers read what is near their tips.
 
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Tensor;
 use reseflow_net::{Features, PointerAttentionConfig};
 
 use crate::support::{devices, rng, tensor, values};

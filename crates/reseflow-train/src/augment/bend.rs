@@ -34,13 +34,13 @@ fn times(a: Complex, b: Complex) -> Complex {
 impl Bend {
     /// A bend of the standard deviation `bend` in the plane across `action`'s approach axis, about the centroid of `cloud`; `None`
     /// without `bend`.
-    pub(super) fn draw(cloud: &PointCloud, action: &Action, bend: f64, rng: &mut ChaCha8Rng) -> Option<Self> {
+    pub(super) fn draw(cloud: &PointCloud, action: &SE3, bend: f64, rng: &mut ChaCha8Rng) -> Option<Self> {
         if bend == 0.0 || cloud.is_empty() {
             return None;
         }
         let points = || cloud.points.iter().map(|point| Vector3::from(point.map(f64::from)));
         let centroid_m = points().sum::<Vector3<f64>>() / cloud.len() as f64;
-        let world_from_plane = SE3::new(action.world_from_gripper.rotation, centroid_m);
+        let world_from_plane = SE3::new(action.rotation, centroid_m);
         let plane_from_world = world_from_plane.inverse();
         let radius_m = points().map(|point| plane_from_world.act(&point).xy().norm()).fold(0.0, f64::max);
         let mut normal = || -> f64 { StandardNormal.sample(rng) };
@@ -176,7 +176,7 @@ mod tests {
     }
 
     fn draws() -> impl Iterator<Item = Bend> {
-        let next = along_an_arc().0[0];
+        let next = along_an_arc().0[0].world_from_gripper;
         (0..40)
             .map(move |seed| Bend::draw(&cloud(), &next, 0.3, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap())
     }
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn bends_never_fold_the_plane() {
-        let next = along_an_arc().0[0];
+        let next = along_an_arc().0[0].world_from_gripper;
         for seed in 0..200 {
             let bend = Bend::draw(&cloud(), &next, 0.5, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
             for i in 0..=40 {

@@ -52,7 +52,6 @@ impl Augmentation {
     ) -> Self {
         let scaling = Scaling::draw(&latest.cloud, config.scale_std, rng);
         let mirror = chance(config.mirror_share, rng).then(|| Mirror::of_gripper(&latest.world_from_gripper));
-        let gripper_move = gripper_move(config, rng);
         let is_half_turned = chance(config.half_turn_share, rng);
         let hue = HueTurn::draw(config.hue_shift, rng);
         let mut drawn = Self {
@@ -60,25 +59,26 @@ impl Augmentation {
             mirror,
             bend: None,
             bend_move: None,
-            gripper_move,
+            gripper_move: None,
             noise_move: None,
             is_half_turned,
             hue,
         };
+        let (mut gripper, mut next) = (latest.world_from_gripper, next.world_from_gripper);
+        drawn.reshape(&mut gripper);
+        drawn.reshape(&mut next);
         if config.bend_std > 0.0 {
-            let (mut cloud, mut next) = (latest.cloud.clone(), *next);
+            let mut cloud = latest.cloud.clone();
             drawn.points(&mut cloud.points);
-            drawn.reshape(&mut next.world_from_gripper);
             drawn.bend = Bend::draw(&cloud, &next, config.bend_std, rng);
-            let next = next.world_from_gripper;
-            drawn.bend_move = drawn.bend.map(|bend| bend.pose(&next) * next.inverse());
+            if let Some(bend) = drawn.bend {
+                let bent = bend.pose(&next);
+                let bend_move = bent * next.inverse();
+                (drawn.bend_move, gripper, next) = (Some(bend_move), bend_move * gripper, bent);
+            }
         }
-        if let Some(gripper_move) = gripper_move {
-            let mut gripper = latest.world_from_gripper;
-            drawn.reshape(&mut gripper);
-            drawn.follow(&mut gripper);
-            drawn.noise_move = Some(gripper * gripper_move * gripper.inverse());
-        }
+        drawn.gripper_move = gripper_move(&gripper, &next, config, rng);
+        drawn.noise_move = drawn.gripper_move.map(|gripper_move| gripper * gripper_move * gripper.inverse());
         drawn
     }
 
@@ -144,15 +144,28 @@ fn chance(share: f64, rng: &mut ChaCha8Rng) -> bool {
     share > 0.0 && rng.random::<f64>() < share
 }
 
-fn gripper_move(config: &AugmentConfig, rng: &mut ChaCha8Rng) -> Option<SE3> {
+/// How near to a right angle the closing directions of gripper and next action may come: the cosine of 80°.
+///
+/// Beyond it an expert might turn the other way, and the recorded actions would be the wrong ones.
+const LEAST_ALONG: f64 = 0.17;
+/// Draws after which a gripper stays where it is.
+const MAX_DRAWS: usize = 16;
+
+/// A move of `gripper`, on the right of its pose, after which an expert would still go to `next` without another half-turn.
+fn gripper_move(gripper: &SE3, next: &SE3, config: &AugmentConfig, rng: &mut ChaCha8Rng) -> Option<SE3> {
     if config.gripper_std_rad == 0.0 && config.gripper_std_m == 0.0 {
         return None;
     }
     let turns = Normal::new(0.0, config.gripper_std_rad).ok()?;
     let shifts = Normal::new(0.0, config.gripper_std_m).ok()?;
-    let angular = Vector3::from_fn(|_, _| turns.sample(rng));
-    let linear = Vector3::from_fn(|_, _| shifts.sample(rng));
-    Some(SE3::exp(&BodyTwist::new(angular, linear)))
+    let closing = next.rotation.act(&Vector3::y());
+    (0..MAX_DRAWS)
+        .map(|_| {
+            let angular = Vector3::from_fn(|_, _| turns.sample(rng));
+            let linear = Vector3::from_fn(|_, _| shifts.sample(rng));
+            SE3::exp(&BodyTwist::new(angular, linear))
+        })
+        .find(|moved| (gripper.rotation * moved.rotation).act(&Vector3::y()).dot(&closing) >= LEAST_ALONG)
 }
 
 #[cfg(test)]
@@ -217,9 +230,11 @@ mod tests {
     fn a_moved_gripper_takes_its_noise_along_and_leaves_cloud_and_actions() {
         let config = AugmentConfig { gripper_std_rad: 0.2, gripper_std_m: 0.05, ..AugmentConfig::NONE };
         let mut squared = [0.0; 2];
+        // Far from any choice between half-turns.
+        let next = Action { world_from_gripper: seen().world_from_gripper, opening: 1.0 };
         for seed in 0..300 {
             let before = seen();
-            let drawn = Augmentation::draw(&before, &next(), &config, &mut rng(seed));
+            let drawn = Augmentation::draw(&before, &next, &config, &mut rng(seed));
             let (mut after, mut actions, mut noise) =
                 (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
             drawn.observation(&mut after);
@@ -240,6 +255,21 @@ mod tests {
             (squared[0].sqrt() - 0.2).abs() < 0.02 && (squared[1].sqrt() - 0.05).abs() < 0.005,
             "{squared:?}"
         );
+    }
+
+    #[test]
+    fn a_moved_gripper_never_comes_near_the_choice_between_half_turns() {
+        let config = AugmentConfig { gripper_std_rad: 0.5, ..AugmentConfig::NONE };
+        let gripper = pose(0.7, [0.1, -0.2, 0.5]);
+        // The next action is 70° away from the gripper, about the approach axis.
+        let next = SE3::new(gripper.rotation * SO3::exp(&(Vector3::z() * 1.22)), gripper.translation);
+        let mut nearest: f64 = 1.0;
+        for seed in 0..300 {
+            let Some(moved) = gripper_move(&gripper, &next, &config, &mut rng(seed)) else { continue };
+            let closing = (gripper * moved).rotation.act(&Vector3::y());
+            nearest = nearest.min(closing.dot(&next.rotation.act(&Vector3::y())));
+        }
+        assert!((LEAST_ALONG..0.25).contains(&nearest), "{nearest}");
     }
 
     #[test]

@@ -5,7 +5,6 @@
 //! endpoint, the paper's drift then being ξ = log((H^t)⁻¹ Ĥ¹) / (1 − t), or as a [`TwistField`], which predicts ξ itself; a body
 //! twist either way.
 
-mod config;
 mod coupling;
 mod diffusion;
 mod error;
@@ -18,7 +17,6 @@ mod straightness;
 mod time;
 mod velocity;
 
-pub use config::{FlowConfig, Parameterisation};
 pub use coupling::Coupling;
 pub use diffusion::{
     Anchor, AnchoredAction, AnchoredChunk, CosineSchedule, Denoiser, Diffusion, DiffusionConfig,
@@ -28,7 +26,7 @@ pub use error::FlowError;
 pub use field::{DriftField, Flow, TwistField};
 pub use objective::{
     EndpointTargets, LossContext, LossParts, NodeTargets, ObjectiveConfig, PoseError, TwistTargets,
-    body_twists, endpoint_loss, twist_loss,
+    endpoint_loss, twist_loss,
 };
 pub use path::Path;
 pub use prior::{GripperPrior, HaarPrior, Prior, PriorFrame};

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::{FlowError, LENGTH_SCALE_M, Path};
 
 pub use endpoint::{EndpointTargets, NodeTargets, endpoint_loss};
-pub use twist::{TwistTargets, body_twists, twist_loss};
+pub use twist::{TwistTargets, twist_loss};
 
 /// The largest weight that a configuration may give.
 const LARGEST_WEIGHT: f64 = 1e6;

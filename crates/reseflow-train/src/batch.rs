@@ -4,12 +4,14 @@ use burn::tensor::{Device, Tensor, TensorData};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{ActionChunk, Dataset, Observation, Window};
-use reseflow_flow::{EndpointTargets, LossContext, LossParts, NodeTargets, PriorFrame, endpoint_loss};
+use reseflow_flow::{
+    EndpointTargets, LossContext, LossParts, NodeTargets, PriorFrame, TwistTargets, endpoint_loss, twist_loss,
+};
 use reseflow_lie::Vector3;
-use reseflow_net::{DecoderConfig, DriftNet, HeatMap, TokenBatch};
+use reseflow_net::{DecoderConfig, DriftNet, HeatMap, Parameterisation, TokenBatch};
 
 use crate::augment::{Augmentation, drop_points, jitter};
-use crate::convert::{endpoint_tensors, tokens};
+use crate::convert::{endpoint_tensors, tokens, twist_tensors};
 use crate::field::{Seen, encode};
 use crate::reflow::Example;
 use crate::{TrainConfig, TrainError, TrainRequest};
@@ -69,8 +71,8 @@ pub(crate) fn shard_loss(
     let TrainRequest { model, train, demonstrations: data, mixture, .. } = *request;
     let decoder = &model.network.decoder;
     let count = train.batch_size / train.shards;
-    let (mut scenes, mut noisy, mut targets, mut weights, mut times) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut scenes, mut noisy, mut targets, mut velocities, mut weights, mut times) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for _ in 0..count {
         let mixed = mixture.map(|mixture| mixture.draw(data, train.first_window_share, rng)).transpose()?;
         let window = mixed.as_ref().map_or_else(|| draw_window(data, train, rng), |mixed| mixed.window);
@@ -87,6 +89,7 @@ pub(crate) fn shard_loss(
         };
         let t = if model.regression { 0.0 } else { train.time.sample(rng) };
         noisy.push(model.path.at(&noise, &clean, t)?);
+        velocities.push(model.path.velocity(&noise, &clean, t)?);
         times.push(t);
         weights.extend(scene.weights.iter().copied());
         targets.push(clean);
@@ -96,7 +99,6 @@ pub(crate) fn shard_loss(
     let (encoded, context) = encode(net, &seen, device)?;
     let trajectories: Vec<_> = noisy.iter().map(tokens).collect();
     let batch = TokenBatch::new(&trajectories, &times, &context.origins_m, device)?;
-    let prediction = net.decode(&context, &batch)?;
     let overlap = match encoded.last() {
         Some(latest) => HeatMap::overlap(&latest.heat),
         None => Tensor::zeros([1], device),
@@ -108,17 +110,35 @@ pub(crate) fn shard_loss(
         weights: Tensor::from_data(TensorData::new(weights, [actions]), device),
         overlap,
     };
-    Ok(endpoint_loss(
-        &EndpointTargets {
-            rotations: prediction.rotations,
-            positions_m: prediction.positions_m,
-            openings: prediction.openings,
-        },
-        &NodeTargets { rotations: prediction.node_rotations, positions_m: prediction.node_positions_m },
-        &target_tensors(&targets, &context.origins_m, device),
-        &judged,
-        &train.objective,
-    ))
+    Ok(match decoder.parameterisation {
+        Parameterisation::Endpoint => {
+            let prediction = net.decode(&context, &batch)?;
+            endpoint_loss(
+                &EndpointTargets {
+                    rotations: prediction.rotations,
+                    positions_m: prediction.positions_m,
+                    openings: prediction.openings,
+                },
+                &NodeTargets {
+                    rotations: prediction.node_rotations,
+                    positions_m: prediction.node_positions_m,
+                },
+                &target_tensors(&targets, &context.origins_m, device),
+                &judged,
+                &train.objective,
+            )
+        }
+        Parameterisation::Twist => {
+            let prediction = net.decode_twists(&context, &batch)?;
+            twist_loss(
+                &TwistTargets { twists: prediction.twists, openings: prediction.openings },
+                prediction.node_twists,
+                &twist_tensors(&velocities, device),
+                &judged,
+                &train.objective,
+            )
+        }
+    })
 }
 
 /// Draws an episode, and its first window with the share that the configuration says, else any of its windows.

@@ -1,7 +1,7 @@
 //! What a policy is made of and how it is trained.
 
-use reseflow_flow::{ObjectiveConfig, Path, Prior, TimeSampling};
-use reseflow_net::DriftNetConfig;
+use reseflow_flow::{ObjectiveConfig, Path, PoseError, Prior, TimeSampling};
+use reseflow_net::{DriftNetConfig, Parameterisation};
 use serde::{Deserialize, Serialize};
 
 use crate::{AugmentConfig, Optimizer, TrainError};
@@ -10,7 +10,7 @@ use crate::{AugmentConfig, Optimizer, TrainError};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelConfig {
-    /// The drift network.
+    /// The drift network; its `decoder.parameterisation` says whether it predicts clean trajectories or velocities.
     pub network: DriftNetConfig,
     /// The noise.
     pub prior: Prior,
@@ -26,7 +26,7 @@ impl ModelConfig {
     /// Checks every value.
     ///
     /// # Errors
-    /// What the network or the prior refuses, and sizes beyond any use, for which there would be no memory.
+    /// What the network or the prior refuses, sizes beyond any use, for which there would be no memory, and a regressor of velocities.
     pub fn validate(&self) -> Result<(), TrainError> {
         self.network.validate()?;
         let (encoder, decoder) = (&self.network.encoder, &self.network.decoder);
@@ -50,7 +50,31 @@ impl ModelConfig {
                 return Err(TrainError::Config(fault));
             }
         }
+        if self.regression && self.network.decoder.parameterisation == Parameterisation::Twist {
+            return Err(TrainError::Config(
+                "model.regression = true asks for the clean trajectory itself, and \
+                 model.network.decoder.parameterisation = \"twist\" predicts velocities only; use \"endpoint\""
+                    .to_owned(),
+            ));
+        }
         Ok(self.prior.validate()?)
+    }
+
+    /// Checks every value of `train`, and that its objective judges what this model predicts.
+    ///
+    /// # Errors
+    /// As [`TrainConfig::validate`], and [`TrainError::Config`] naming what excludes what and why.
+    pub fn validate_training(&self, train: &TrainConfig) -> Result<(), TrainError> {
+        train.validate()?;
+        let twists = self.network.decoder.parameterisation == Parameterisation::Twist;
+        if twists && train.objective.error == PoseError::Chordal {
+            return Err(TrainError::Config(
+                "train.objective.error = \"chordal\" compares clean poses, and \
+                 model.network.decoder.parameterisation = \"twist\" predicts none; use train.objective.error = \"twist\""
+                    .to_owned(),
+            ));
+        }
+        Ok(())
     }
 }
 

@@ -2,9 +2,9 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use reseflow_data::{Action, ActionChunk, Observation};
-use reseflow_flow::EndpointTargets;
-use reseflow_lie::{Matrix3, SE3, SO3, Vector3};
-use reseflow_net::{CloudGraph, EndpointPrediction, GraphConfig, GripperState};
+use reseflow_flow::{ActionVelocity, ChunkVelocity, EndpointTargets, TwistTargets};
+use reseflow_lie::{BodyTwist, Matrix3, SE3, SO3, Vector3};
+use reseflow_net::{CloudGraph, EndpointPrediction, GraphConfig, GripperState, TwistPrediction};
 
 use crate::TrainError;
 
@@ -95,6 +95,37 @@ impl HostPrediction {
             host.weights.push(rows.map(|row| weights[row * nodes..(row + 1) * nodes].to_vec()).collect());
         }
         Ok(host)
+    }
+}
+
+/// Predicted velocities on the host, one chunk for each of `scenes` scenes.
+pub(crate) fn velocities(
+    prediction: &TwistPrediction,
+    scenes: usize,
+) -> Result<Vec<ChunkVelocity>, TrainError> {
+    let (twists, openings) = (host(&prediction.twists)?, host(&prediction.openings)?);
+    let velocity = |(twist, opening): (&[f64], &f64)| ActionVelocity {
+        twist: BodyTwist::new(
+            Vector3::from_column_slice(&twist[..3]),
+            Vector3::from_column_slice(&twist[3..]),
+        ),
+        opening: *opening,
+    };
+    let all: Vec<ActionVelocity> = twists.chunks_exact(6).zip(&openings).map(velocity).collect();
+    Ok(all.chunks(all.len() / scenes).map(|chunk| ChunkVelocity(chunk.to_vec())).collect())
+}
+
+/// N velocities as tensors.
+pub(crate) fn twist_tensors(chunks: &[ChunkVelocity], device: &Device) -> TwistTargets {
+    let (mut twists, mut openings) = (Vec::new(), Vec::new());
+    for velocity in chunks.iter().flat_map(|chunk| &chunk.0) {
+        twists.extend(velocity.twist.vector6().iter().copied());
+        openings.push(velocity.opening);
+    }
+    let count = openings.len();
+    TwistTargets {
+        twists: Tensor::from_data(TensorData::new(twists, [count, 6]), device),
+        openings: Tensor::from_data(TensorData::new(openings, [count, 1]), device),
     }
 }
 

@@ -1,20 +1,31 @@
-//! The network as a drift field: scenes are encoded once, then every solver step is one pass of the decoder.
+//! The network as a field, of clean trajectories or of velocities: scenes are encoded once, then every solver step is one pass of
+//! the decoder.
 
 use burn::tensor::Device;
 use reseflow_data::{ActionChunk, Observation, ObservationHistory};
-use reseflow_flow::{DriftField, FlowError};
-use reseflow_net::{DriftNet, EncodedScenes, NetError, SceneContext, SceneState, TokenBatch};
+use reseflow_flow::{ChunkVelocity, DriftField, Flow, FlowError, TwistField};
+use reseflow_net::{
+    DriftNet, EncodedScenes, NetError, Parameterisation, SceneContext, SceneState, TokenBatch,
+};
 
 use crate::TrainError;
-use crate::convert::{HostPrediction, graph, token, tokens};
+use crate::convert::{HostPrediction, graph, host, token, tokens, velocities};
 
 /// B encoded scenes and the network that decodes them.
 pub(crate) struct NetField<'a> {
     net: &'a DriftNet,
     context: SceneContext,
     device: Device,
-    /// The last prediction with its nodes.
-    pub(crate) last: Option<HostPrediction>,
+    /// What the nodes said when the network was asked last.
+    pub(crate) last: Option<NodeAnswers>,
+}
+
+/// What the nodes said, each by itself.
+pub(crate) enum NodeAnswers {
+    /// Clean trajectories.
+    Endpoints(HostPrediction),
+    /// Velocities: how far they lie from the consensus, `[scene][step]`.
+    Twists(Vec<Vec<f64>>),
 }
 
 impl<'a> NetField<'a> {
@@ -22,6 +33,36 @@ impl<'a> NetField<'a> {
     pub(crate) fn new(net: &'a DriftNet, scenes: &[Seen<'_>], device: &Device) -> Result<Self, TrainError> {
         let (_, context) = encode(net, scenes, device)?;
         Ok(Self { net, context, device: device.clone(), last: None })
+    }
+
+    /// The flow to integrate, in the form that the network was configured for.
+    pub(crate) fn flow(&mut self) -> Flow<'_> {
+        match self.net.config().decoder.parameterisation {
+            Parameterisation::Endpoint => Flow::Endpoint(self),
+            Parameterisation::Twist => Flow::Twist(self),
+        }
+    }
+
+    fn batch(&self, states: &[ActionChunk], t: f64) -> Result<TokenBatch, TrainError> {
+        let trajectories: Vec<_> = states.iter().map(tokens).collect();
+        let times = vec![t; states.len()];
+        Ok(TokenBatch::new(&trajectories, &times, &self.context.origins_m, &self.device)?)
+    }
+
+    fn ask_endpoints(&mut self, states: &[ActionChunk], t: f64) -> Result<Vec<ActionChunk>, TrainError> {
+        let prediction = self.net.decode(&self.context, &self.batch(states, t)?)?;
+        let answer = HostPrediction::new(&prediction, &self.context.origins_m)?;
+        let consensus = answer.consensus.clone();
+        self.last = Some(NodeAnswers::Endpoints(answer));
+        Ok(consensus)
+    }
+
+    fn ask_velocities(&mut self, states: &[ActionChunk], t: f64) -> Result<Vec<ChunkVelocity>, TrainError> {
+        let prediction = self.net.decode_twists(&self.context, &self.batch(states, t)?)?;
+        let spread = host(&prediction.spread())?;
+        let per_scene = spread.chunks(spread.len() / states.len());
+        self.last = Some(NodeAnswers::Twists(per_scene.map(<[f64]>::to_vec).collect()));
+        velocities(&prediction, states.len())
     }
 }
 
@@ -72,16 +113,12 @@ pub(crate) fn encode(
 
 impl DriftField for NetField<'_> {
     fn endpoints(&mut self, states: &[ActionChunk], t: f64) -> Result<Vec<ActionChunk>, FlowError> {
-        let failed = |fault: &dyn std::fmt::Display| FlowError::Field(fault.to_string());
-        let trajectories: Vec<_> = states.iter().map(tokens).collect();
-        let times = vec![t; states.len()];
-        let batch = TokenBatch::new(&trajectories, &times, &self.context.origins_m, &self.device)
-            .map_err(|fault| failed(&fault))?;
-        let prediction = self.net.decode(&self.context, &batch).map_err(|fault| failed(&fault))?;
-        let host =
-            HostPrediction::new(&prediction, &self.context.origins_m).map_err(|fault| failed(&fault))?;
-        let consensus = host.consensus.clone();
-        self.last = Some(host);
-        Ok(consensus)
+        self.ask_endpoints(states, t).map_err(|fault| FlowError::Field(fault.to_string()))
+    }
+}
+
+impl TwistField for NetField<'_> {
+    fn velocities(&mut self, states: &[ActionChunk], t: f64) -> Result<Vec<ChunkVelocity>, FlowError> {
+        self.ask_velocities(states, t).map_err(|fault| FlowError::Field(fault.to_string()))
     }
 }

@@ -3,17 +3,17 @@
 use burn::tensor::{Device, Tensor};
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{Action, ActionChunk, ObservationHistory, Window};
-use reseflow_flow::{Flow, FlowError, PriorFrame, Solver, Straightness, integrate, straightness};
+use reseflow_flow::{FlowError, PriorFrame, Solver, Straightness, integrate, straightness};
 use reseflow_lie::geodesic_distance;
 use reseflow_net::{DriftNet, DriftNetConfig};
 
 use crate::batch::shard_loss;
-use crate::convert::HostPrediction;
-use crate::field::{NetField, scenes_of};
+use crate::field::{NetField, NodeAnswers, scenes_of};
 use crate::policy::clamped;
 use crate::trainable::random_stream;
 use crate::{
-    Drawn, ModelConfig, PolicyKind, PolicySample, TrainError, TrainRequest, Trainable, TrainedPolicy,
+    Drawn, ModelConfig, PolicyKind, PolicySample, TrainConfig, TrainError, TrainRequest, Trainable,
+    TrainedPolicy,
 };
 
 /// A policy that integrates a learned flow from noise about the gripper.
@@ -30,6 +30,10 @@ impl Trainable for ModelConfig {
 
     fn check(&self) -> Result<(), TrainError> {
         self.validate()
+    }
+
+    fn check_training(&self, train: &TrainConfig) -> Result<(), TrainError> {
+        self.validate_training(train)
     }
 
     fn init(&self, device: &Device, rng: &mut ChaCha8Rng) -> DriftNet {
@@ -67,7 +71,7 @@ impl Trainable for ModelConfig {
         let mut field = NetField::new(net, &scenes_of(histories), device)?;
         for &seed in seeds {
             let noise = self.noise(histories, seed, first);
-            let ends = integrate(&mut Flow::Endpoint(&mut field), self.path, noise, solver)?;
+            let ends = integrate(&mut field.flow(), self.path, noise, solver)?;
             drawn.steps = drawn.steps.max(ends.steps);
             drawn.evaluations = drawn.evaluations.max(ends.evaluations);
             let Some(last) = field.last.take() else { continue };
@@ -116,15 +120,22 @@ impl FlowPolicy {
         }
         let mut field = NetField::new(&self.net, &scenes_of(histories), &self.device)?;
         let noise = self.model.noise(histories, seed, 0);
-        Ok(straightness(&mut Flow::Endpoint(&mut field), self.model.path, &noise, steps)?)
+        Ok(straightness(&mut field.flow(), self.model.path, &noise, steps)?)
     }
 }
 
-fn sample(state: ActionChunk, last: &HostPrediction, scene: usize) -> PolicySample {
-    let nodes = last.nodes[scene].clone();
+fn sample(state: ActionChunk, last: &NodeAnswers, scene: usize) -> PolicySample {
+    let said = match last {
+        NodeAnswers::Endpoints(said) => said,
+        NodeAnswers::Twists(spread) => {
+            let spread = spread[scene].clone();
+            return PolicySample { consensus: clamped(state), nodes: Vec::new(), spread };
+        }
+    };
+    let nodes = said.nodes[scene].clone();
     let spread = (state.iter().enumerate())
         .map(|(step, consensus)| {
-            let weighted = nodes.iter().zip(&last.weights[scene][step]).map(|(node, weight)| {
+            let weighted = nodes.iter().zip(&said.weights[scene][step]).map(|(node, weight)| {
                 let to_node = &node.0[step].world_from_gripper;
                 weight * geodesic_distance(&consensus.world_from_gripper, to_node).d_geo().powi(2)
             });

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rand::seq::index;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{ActionChunk, Dataset, FlowPair, Observation, Window, WindowPairs};
-use reseflow_flow::{AdaptiveConfig, Flow, PriorFrame, Solver, integrate};
+use reseflow_flow::{AdaptiveConfig, PriorFrame, Solver, integrate};
 use serde::{Deserialize, Serialize};
 
 use crate::field::NetField;
@@ -146,8 +146,7 @@ fn carry(
                 model.prior.sample(&PriorFrame::of(seen[seen.len() - 1]), decoder.horizon, rng)
             })
             .collect();
-        let mut flow = Flow::Endpoint(&mut field);
-        let images = integrate(&mut flow, model.path, noise.clone(), &config.solver)?.states;
+        let images = integrate(&mut field.flow(), model.path, noise.clone(), &config.solver)?.states;
         for (of, (noise, image)) in made.iter_mut().zip(noise.into_iter().zip(images)) {
             of.pairs.push(FlowPair { noise, image });
         }

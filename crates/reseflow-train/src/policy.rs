@@ -16,9 +16,10 @@ const TOGETHER: usize = 32;
 pub struct PolicySample {
     /// What the nodes agree on; openings clamped to \[0, 1\].
     pub consensus: ActionChunk,
-    /// Each node's trajectory; none where the network has no nodes that answer by themselves.
+    /// Each node's trajectory; none where the network has no nodes that answer with one by themselves.
     pub nodes: Vec<ActionChunk>,
-    /// Weighted rms of the nodes' D_geo to the consensus, one for each action; none without nodes.
+    /// Weighted rms of the nodes' distances to the consensus, one for each action: D_geo between endpoints, and in twist form the
+    /// same of velocities, per unit of flow time; none without nodes.
     pub spread: Vec<f64>,
 }
 

@@ -12,7 +12,7 @@ use reseflow_net::DriftNetConfig;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::{Drawn, TrainError, TrainRequest};
+use crate::{Drawn, TrainConfig, TrainError, TrainRequest};
 
 /// The kinds of trained policies, as a checkpoint's `config.toml` names them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,6 +50,14 @@ pub trait Trainable: Clone + Debug + PartialEq + Serialize + DeserializeOwned + 
     /// # Errors
     /// What is out of range, by its key.
     fn check(&self) -> Result<(), TrainError>;
+
+    /// Checks every value of a training, and that it can teach this.
+    ///
+    /// # Errors
+    /// What is out of range, or what excludes what and why, by the keys.
+    fn check_training(&self, train: &TrainConfig) -> Result<(), TrainError> {
+        train.validate()
+    }
 
     /// Draws the weights.
     fn init(&self, device: &Device, rng: &mut ChaCha8Rng) -> Self::Net;

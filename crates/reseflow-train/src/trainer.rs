@@ -162,7 +162,7 @@ pub fn train<M: Trainable>(
 fn check<M: Trainable>(request: &TrainRequest<'_, M>) -> Result<(), TrainError> {
     let TrainConfig { keep, patience, .. } = *request.train;
     request.model.check()?;
-    request.train.validate()?;
+    request.model.check_training(request.train)?;
     if request.validation.is_none() && (keep == Keep::Best || patience > 0) {
         let key = if keep == Keep::Best { "train.keep = \"best\"" } else { "train.patience" };
         return Err(TrainError::Config(format!("{key} needs validation episodes, got none")));

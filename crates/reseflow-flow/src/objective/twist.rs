@@ -2,7 +2,6 @@
 //! ℓ. It needs no weight: the path's velocity is bounded.
 
 use burn::tensor::Tensor;
-use reseflow_lie_tensor::so3;
 
 use super::{LossContext, LossParts, ObjectiveConfig, repeat_rows, twist_distance_squared};
 
@@ -13,18 +12,6 @@ pub struct TwistTargets {
     pub twists: Tensor<2>,
     /// Rates of the openings, `[N, 1]`.
     pub openings: Tensor<2>,
-}
-
-/// The body twists ξ_b = (Rᵀω, Rᵀv) of poses that turn with ω and whose origins move with v, both vectors of the world: what an
-/// equivariant network gives as two type-1 features becomes invariant.
-///
-/// # Shapes
-/// - `rotations`: R, `[N, 3, 3]`
-/// - `angular`, `linear`: `[N, 3]`
-/// - output: `[N, 6]`
-pub fn body_twists(rotations: Tensor<3>, angular: Tensor<2>, linear: Tensor<2>) -> Tensor<2> {
-    let body = |vector| so3::act_inverse(rotations.clone(), vector);
-    Tensor::cat(vec![body(angular), body(linear)], 1)
 }
 
 /// The objective of one batch of drifts; `nodes` are every node's body twists, `[N·K, 6]`.

@@ -1,10 +1,29 @@
-//! Configurations as TOML: strict, tagged, the defaults those that always were, and combinations that make no sense refused.
+//! Configurations of a flow's parts as TOML: strict, tagged, the defaults those that always were, and what makes no sense refused.
 
 use reseflow_flow::{
-    AdaptiveConfig, Coupling, FlowConfig, FlowError, GripperPrior, HaarPrior, ObjectiveConfig,
-    Parameterisation, Path, PoseError, Prior, Solver, TimeSampling, TimeShape,
+    AdaptiveConfig, Coupling, FlowError, GripperPrior, HaarPrior, ObjectiveConfig, Path, PoseError, Prior,
+    Solver, TimeSampling, TimeShape,
 };
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// A flow's parts, side by side as in a file.
+#[derive(Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Parts {
+    path: Path,
+    prior: Prior,
+    time: TimeSampling,
+    objective: ObjectiveConfig,
+}
+
+impl Parts {
+    fn validate(&self) -> Result<(), FlowError> {
+        self.prior.validate()?;
+        self.time.validate()?;
+        self.objective.validate()
+    }
+}
 
 fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     toml::from_str(text).map_err(|fault| fault.message().to_owned())
@@ -12,9 +31,8 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
 
 #[test]
 fn nothing_said_is_the_flow_of_the_first_days() {
-    let default: FlowConfig = parse("").unwrap();
-    let expected = FlowConfig {
-        parameterisation: Parameterisation::Endpoint,
+    let default: Parts = parse("").unwrap();
+    let expected = Parts {
         path: Path::Screw,
         prior: Prior::Gripper(GripperPrior {
             sigma_rotation_rad: 0.5,
@@ -49,8 +67,7 @@ fn a_prior_without_a_kind_is_the_gripper_prior() {
 
 #[test]
 fn what_is_written_is_read_back() {
-    let config = FlowConfig {
-        parameterisation: Parameterisation::Twist,
+    let config = Parts {
         path: Path::Product,
         prior: Prior::Haar(HaarPrior::default()),
         time: TimeSampling { zero_share: 0.1, shape: TimeShape::UShaped },
@@ -61,9 +78,9 @@ fn what_is_written_is_read_back() {
         },
     };
     assert_eq!(config.validate(), Ok(()));
-    for config in [config, FlowConfig::default()] {
+    for config in [config, Parts::default()] {
         let text = toml::to_string(&config).unwrap();
-        assert_eq!(parse::<FlowConfig>(&text), Ok(config), "{text}");
+        assert_eq!(parse::<Parts>(&text), Ok(config), "{text}");
     }
     for solver in [
         Solver::Euler { steps: 3 },
@@ -82,11 +99,10 @@ fn what_is_written_is_read_back() {
 
 #[test]
 fn keys_and_values_that_do_not_exist_are_named() {
-    let flow = |text: &str| parse::<FlowConfig>(text).unwrap_err();
+    let flow = |text: &str| parse::<Parts>(text).unwrap_err();
     for (text, key) in [
         ("paths = \"screw\"", "paths"),
         ("path = \"straight\"", "straight"),
-        ("parameterisation = \"noise\"", "noise"),
         ("[prior]\nsigma = 0.1", "sigma"),
         ("[prior]\nkind = \"identity\"", "identity"),
         ("[prior]\nkind = \"haar\"\nsigma = 0.1", "sigma"),
@@ -117,23 +133,18 @@ fn a_deviation_of_rotations_has_no_meaning_where_all_are_equally_likely() {
 }
 
 #[test]
-fn combinations_that_make_no_sense_are_refused_with_the_reason() {
-    let refused = |text: &str| match parse::<FlowConfig>(text).unwrap().validate() {
+fn what_makes_no_sense_is_refused_with_the_reason() {
+    let refused = |text: &str| match parse::<Parts>(text).unwrap().validate() {
         Err(FlowError::Config(reason)) => reason,
         other => panic!("{text}: {other:?}"),
     };
-    let reason = refused("parameterisation = \"twist\"");
-    assert!(reason.contains("objective.error") && reason.contains("predicts none"), "{reason}");
     let reason = refused("[time]\nzero_share = 1.0\nshape = \"u_shaped\"");
     assert!(reason.contains("time.shape") && reason.contains("time.zero_share"), "{reason}");
-    // Every part is checked too.
     assert!(refused("[prior]\nsigma_opening = -1.0").contains("prior.sigma_opening"));
     assert!(refused("[objective]\npseudo_huber = 0.0").contains("objective.pseudo_huber"));
-    for text in [
-        "parameterisation = \"twist\"\n[objective]\nerror = \"twist\"",
-        "[objective]\nerror = \"twist\"\npseudo_huber = 0.1",
-        "path = \"product\"\n[prior]\nkind = \"haar\"",
-    ] {
-        assert_eq!(parse::<FlowConfig>(text).unwrap().validate(), Ok(()), "{text}");
+    for text in
+        ["[objective]\nerror = \"twist\"\npseudo_huber = 0.1", "path = \"product\"\n[prior]\nkind = \"haar\""]
+    {
+        assert_eq!(parse::<Parts>(text).unwrap().validate(), Ok(()), "{text}");
     }
 }

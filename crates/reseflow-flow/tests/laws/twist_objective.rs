@@ -4,12 +4,11 @@ use burn::tensor::{Device, Tensor};
 use rand::RngExt;
 use reseflow_data::{Action, ActionChunk};
 use reseflow_flow::{
-    ActionVelocity, LENGTH_SCALE_M, ObjectiveConfig, Path, PoseError, TwistTargets, body_twists,
-    endpoint_loss, twist_loss,
+    ActionVelocity, LENGTH_SCALE_M, ObjectiveConfig, Path, PoseError, TwistTargets, endpoint_loss, twist_loss,
 };
-use reseflow_lie::{BodyTwist, SE3, SpatialTwist, Vector3};
+use reseflow_lie::{BodyTwist, SE3, Vector3};
 
-use crate::objective::{Batch, WEIGHTS, actions, devices, number, rotations, tensor};
+use crate::objective::{Batch, WEIGHTS, actions, devices, number, tensor};
 use crate::{PATHS, pose, rng};
 
 const TWIST: ObjectiveConfig = ObjectiveConfig { error: PoseError::Twist, ..WEIGHTS };
@@ -138,30 +137,6 @@ fn in_twist_form_it_is_the_squared_distance_of_body_twists() {
             let total = consensus + 0.7 * of_nodes + 0.4 * opening + 0.2 * batch.overlap;
             assert!((number(&loss.consensus) / consensus - 1.0).abs() < 1e-12, "{consensus}");
             assert!((number(&loss.total) / total - 1.0).abs() < 1e-12, "{total}");
-        }
-    }
-}
-
-#[test]
-fn world_vectors_become_the_body_twist_of_the_gripper_origin() {
-    let mut rng = rng(105);
-    let [device, _] = devices();
-    let poses: Vec<SE3> = (0..5).map(|_| pose(&mut rng)).collect();
-    let mut vectors = || -> Vec<Vector3<f64>> {
-        (0..5).map(|_| Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect()
-    };
-    let (angular, linear) = (vectors(), vectors());
-    let rows = |vectors: &[Vector3<f64>]| {
-        tensor(vectors.iter().flat_map(|vector| [vector.x, vector.y, vector.z]).collect(), [5, 3], &device)
-    };
-    let found = body_twists(rotations(&poses, &device), rows(&angular), rows(&linear));
-    let found = found.try_into_vec_as::<f64>().expect("a float tensor");
-    for (row, pose) in poses.iter().enumerate() {
-        // The spatial twist with which the gripper's origin has the velocity v: ρ_s = v − ω × p.
-        let spatial = linear[row] - angular[row].cross(&pose.translation);
-        let expected = SpatialTwist::new(angular[row], spatial).to_body(pose).vector6();
-        for axis in 0..6 {
-            assert!((found[6 * row + axis] - expected[axis]).abs() < 1e-12);
         }
     }
 }

@@ -13,3 +13,4 @@ mod replacement;
 mod resume;
 mod schedule;
 mod support;
+mod twists;

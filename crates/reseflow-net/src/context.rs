@@ -147,8 +147,8 @@ impl ContextEncoder {
     }
 }
 
-/// What the scene as a whole adds to the nodes' vectors. Poses start out as the latest gripper's: a network that has learnt nothing
-/// stays where it is, and two columns that are nearly parallel, which give no rotation to speak of, are rare.
+/// What the scene as a whole adds to the nodes' vectors. Rotations start out near the latest gripper's: two columns that are nearly
+/// parallel, which give no rotation to speak of, are rare. Positions start out near the nodes.
 fn skip<R: Rng + ?Sized>(config: &DecoderConfig, inputs: usize, device: &Device, rng: &mut R) -> Linear {
     let outputs = config.parameterisation.vectors() * config.nodes;
     let mut around = vec![0.0; inputs * outputs];

@@ -96,6 +96,7 @@ impl DriftNet {
     ) -> Result<EndpointPrediction, NetError> {
         self.decoder.forward(context, tokens)
     }
+
     /// Predicts the velocity of a noisy trajectory along the flow.
     ///
     /// # Errors

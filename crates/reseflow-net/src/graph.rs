@@ -1,12 +1,12 @@
 //! The neighbour graph of one cloud: farthest-point centres, and the nearest points and centres of every centre.
 //!
-//! Which points are chosen must not depend on how the scene is turned. All distances that decide are compared in f64; the first
-//! centre is the point farthest from the centroid; and a message fades to zero as its source approaches the rank at which it would
-//! no longer be a neighbour (an envelope scaled by the (k+1)-th distance), so that a near tie at the border changes nothing.
+//! Which points are chosen must not depend on how the scene is turned: all distances that decide are compared in f64, and the first
+//! centre is the point farthest from the centroid.
 
 use serde::{Deserialize, Serialize};
 
-use crate::NetError;
+use crate::neighbors::{squared_norm, sub};
+use crate::{EdgeList, NeighborConfig, NetError};
 
 /// Sizes of the graph.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -26,19 +26,6 @@ impl Default for GraphConfig {
     fn default() -> Self {
         Self { centres: 32, point_neighbors: 16, centre_neighbors: 12, color_m: 0.1 }
     }
-}
-
-/// Edges into M receivers, a fixed number each, grouped by receiver.
-#[derive(Debug, Clone, PartialEq)]
-pub struct EdgeList {
-    /// Edges per receiver.
-    pub per_receiver: usize,
-    /// The sending node of each edge.
-    pub sources: Vec<usize>,
-    /// Source minus receiver, metres.
-    pub displacement_m: Vec<[f64; 3]>,
-    /// Envelope weights; those of one receiver sum to one, or are all zero where it has no neighbour.
-    pub weights: Vec<f64>,
 }
 
 /// One cloud, centred, with its graph.
@@ -80,18 +67,12 @@ impl CloudGraph {
             colors.iter().map(|color| color.map(|value| f64::from(value) / 127.5 - 1.0)).collect();
         let centres = farthest_points(&positions_m, &colors, config);
         let centre_positions: Vec<_> = centres.iter().map(|&index| positions_m[index]).collect();
-        let point_edges = nearest(&centre_positions, &positions_m, config.point_neighbors, false);
-        let centre_edges = nearest(&centre_positions, &centre_positions, config.centre_neighbors, true);
+        let nearest = |per_receiver| NeighborConfig { per_receiver, radius_m: None };
+        let point_edges =
+            EdgeList::between(&centre_positions, &positions_m, &nearest(config.point_neighbors));
+        let centre_edges = EdgeList::among(&centre_positions, &nearest(config.centre_neighbors));
         Ok(Self { centroid_m, positions_m, colors, centres, point_edges, centre_edges })
     }
-}
-
-fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn squared_norm(a: &[f64; 3]) -> f64 {
-    a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
 
 /// Farthest-point sampling among the centred `positions` with their `colors`, starting with the one farthest from the origin.
@@ -123,61 +104,6 @@ fn farthest_points(positions: &[[f64; 3]], colors: &[[f64; 3]], config: &GraphCo
 
 fn arg_max(values: &[f64]) -> usize {
     (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0)
-}
-
-/// The `count` nearest of `sources` to each of `receivers`; with `skip_same`, a receiver is not its own neighbour.
-fn nearest(receivers: &[[f64; 3]], sources: &[[f64; 3]], count: usize, skip_same: bool) -> EdgeList {
-    let mut edges = EdgeList {
-        per_receiver: count,
-        sources: Vec::with_capacity(receivers.len() * count),
-        displacement_m: Vec::with_capacity(receivers.len() * count),
-        weights: Vec::with_capacity(receivers.len() * count),
-    };
-    let mut order: Vec<(f64, usize)> = Vec::with_capacity(sources.len());
-    for (receiver_index, receiver) in receivers.iter().enumerate() {
-        order.clear();
-        order.extend(
-            (sources.iter().enumerate())
-                .filter(|&(index, _)| !(skip_same && index == receiver_index))
-                .map(|(index, source)| (squared_norm(&sub(source, receiver)), index)),
-        );
-        if order.len() > count {
-            order.select_nth_unstable_by(count, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        }
-        let farthest = order.iter().take(count + 1).map(|entry| entry.0).fold(0.0, f64::max).sqrt();
-        // Where every source is a neighbour nothing can be swapped at the border, and the farthest keeps some weight.
-        let radius = if order.len() > count { farthest } else { 1.25 * farthest };
-        order.truncate(count);
-        // A fixed order of summation, so that the same cloud gives the same bits.
-        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let weights: Vec<f64> = order.iter().map(|entry| envelope(entry.0.sqrt(), radius)).collect();
-        let total: f64 = weights.iter().sum();
-        let mut filled = order.iter().zip(&weights);
-        for _ in 0..count {
-            match filled.next() {
-                Some((&(_, index), weight)) => {
-                    edges.sources.push(index);
-                    edges.displacement_m.push(sub(&sources[index], receiver));
-                    edges.weights.push(if total > 0.0 { weight / total } else { 0.0 });
-                }
-                None => {
-                    edges.sources.push(0);
-                    edges.displacement_m.push([0.0; 3]);
-                    edges.weights.push(0.0);
-                }
-            }
-        }
-    }
-    edges
-}
-
-/// 1 at the receiver, 0 with zero slope at `radius` (1 everywhere where all sources coincide with the receiver).
-fn envelope(distance: f64, radius: f64) -> f64 {
-    if radius <= 0.0 {
-        return 1.0;
-    }
-    let inside = (1.0 - (distance / radius).powi(2)).max(0.0);
-    inside * inside
 }
 
 #[cfg(test)]
@@ -213,18 +139,6 @@ mod tests {
         };
         assert!(!chosen(0.0).contains(&2), "{:?}", chosen(0.0));
         assert!(chosen(0.2).contains(&2), "{:?}", chosen(0.2));
-    }
-
-    #[test]
-    fn the_envelope_vanishes_at_the_first_point_left_out_and_weights_sum_to_one() {
-        let (points, colors) = line(10);
-        let config = GraphConfig { centres: 10, point_neighbors: 4, centre_neighbors: 3, color_m: 0.0 };
-        let graph = CloudGraph::build(&points, &colors, &config).unwrap();
-        for weights in graph.point_edges.weights.chunks(4) {
-            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        }
-        assert_eq!(envelope(0.3, 0.3), 0.0);
-        assert!(envelope(0.299, 0.3) < 1e-3);
     }
 
     #[test]

@@ -43,13 +43,16 @@ pub fn fused(sources: &Features, activations: EdgeActivations, edges: &EdgeTenso
         channels,
         source_vectors: width == 5 * channels,
     };
+    // Vectors that no path reads get no gradient, which burn allows leaves alone.
+    let vectors = sources.vectors.clone();
+    let vectors = if layout.source_vectors { vectors } else { vectors.detach() };
     let output = <Dispatch as MessageOps>::messages(
         activations.sources.into_dispatch(),
         activations.receivers.into_dispatch(),
         activations.edges.into_dispatch(),
         activations.matrix.into_dispatch(),
         sources.scalars.clone().into_dispatch(),
-        sources.vectors.clone().into_dispatch(),
+        vectors.into_dispatch(),
         edges.directions.clone().into_dispatch(),
         edges.weights.clone().into_dispatch(),
         layout,

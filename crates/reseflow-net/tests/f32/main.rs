@@ -18,7 +18,7 @@ use burn::tensor::FloatDType;
 use reseflow_net::DriftNetConfig;
 use support::scene::{Cloud, Scene};
 use support::{
-    assert_small, degenerate, degree_laws, devices, edge_messages, laws, messages, statistics, twists,
+    assert_small, degenerate, degree_laws, devices, edge_messages, laws, messages, statistics, twists, views,
 };
 
 /// The float type of this suite's tensors.
@@ -176,4 +176,19 @@ fn the_edge_messages_equal_their_composed_form() {
 #[test]
 fn silu_is_x_over_one_plus_exp_of_minus_x() {
     edge_messages::silu_is_x_over_one_plus_exp_of_minus_x(3e-7);
+}
+
+#[test]
+fn messages_do_not_depend_on_how_their_inputs_lie() {
+    views::messages_do_not_depend_on_how_their_inputs_lie(1e-5);
+}
+
+#[test]
+fn edge_messages_do_not_depend_on_how_their_inputs_lie() {
+    views::edge_messages_do_not_depend_on_how_their_inputs_lie(1e-5);
+}
+
+#[test]
+fn silu_does_not_depend_on_how_its_input_lies() {
+    views::silu_does_not_depend_on_how_its_input_lies(1e-6);
 }

@@ -14,7 +14,7 @@ mod finite_differences;
 mod irreps_golden;
 
 use burn::tensor::FloatDType;
-use support::{degenerate, degree_laws, edge_messages, laws, messages, statistics, twists};
+use support::{degenerate, degree_laws, edge_messages, laws, messages, statistics, twists, views};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F64;
@@ -158,4 +158,19 @@ fn the_edge_messages_equal_their_composed_form() {
 #[test]
 fn silu_is_x_over_one_plus_exp_of_minus_x() {
     edge_messages::silu_is_x_over_one_plus_exp_of_minus_x(1e-14);
+}
+
+#[test]
+fn messages_do_not_depend_on_how_their_inputs_lie() {
+    views::messages_do_not_depend_on_how_their_inputs_lie(1e-12);
+}
+
+#[test]
+fn edge_messages_do_not_depend_on_how_their_inputs_lie() {
+    views::edge_messages_do_not_depend_on_how_their_inputs_lie(1e-12);
+}
+
+#[test]
+fn silu_does_not_depend_on_how_its_input_lies() {
+    views::silu_does_not_depend_on_how_its_input_lies(1e-14);
 }

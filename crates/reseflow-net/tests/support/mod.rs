@@ -17,6 +17,7 @@ pub(crate) mod scene;
 pub(crate) mod statistics;
 pub(crate) mod trajectory;
 pub(crate) mod twists;
+pub(crate) mod views;
 pub(crate) mod weights;
 pub(crate) mod world;
 

@@ -95,6 +95,6 @@ impl Training<'_> {
 }
 
 /// The regressor with a flow's network.
-fn regressor(model: &ModelConfig) -> ModelConfig {
+pub fn regressor(model: &ModelConfig) -> ModelConfig {
     ModelConfig { regression: true, ..model.clone() }
 }

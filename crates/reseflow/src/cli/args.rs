@@ -318,7 +318,7 @@ pub struct RolloutArgs {
     /// Actions executed before the policy looks and plans again
     #[arg(long, default_value = "3", value_parser = positive)]
     pub n_action_steps: usize,
-    /// Push the object in the middle of each episode
+    /// Disturb each episode at the action step where it matters for the task
     #[arg(long)]
     pub disturb: bool,
     /// A log of the first episodes, for Foxglove or Rerun

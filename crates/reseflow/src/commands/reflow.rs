@@ -27,7 +27,8 @@ pub(super) fn execute(args: &ReflowArgs, terminal: &Terminal) -> anyhow::Result<
             "{place}: is the flow to start from, expected another folder for the next"
         )));
     }
-    load_flow(&args.checkpoint, config.device)?;
+    // Before pairs are made, which takes its time.
+    load_flow(&args.checkpoint, config.device)?.model().validate_training(&config.train)?;
     let data = DatasetFile::read(&args.data)?;
     let validation = args.validation.as_deref().map(Dataset::read).transpose()?;
     OutputFolder::claim_around(&args.out)?;

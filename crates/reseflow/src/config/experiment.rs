@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use reseflow_train::{BaselineConfig, DeviceKind, ModelConfig, ReflowConfig, TrainConfig};
 
 use super::SolverChoice;
+use crate::learners::regressor;
 
 /// An experiment on one task. Every key has a default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -85,7 +86,7 @@ pub struct RolloutSection {
     pub log_episodes: usize,
     /// Episodes in the picture.
     pub picture_episodes: usize,
-    /// Whether the object is pushed in the middle of each episode.
+    /// Whether each episode is disturbed, before the action step that the task names.
     pub disturb: bool,
 }
 
@@ -196,7 +197,7 @@ impl ExperimentConfig {
             return Err(format!("`eval.unimodal_d_geo` is {unimodal}, expected a number greater than 0"));
         }
         self.model.validate().map_err(|fault| fault.to_string())?;
-        self.train.validate().map_err(|fault| fault.to_string())?;
+        self.model.validate_training(&self.train).map_err(|fault| fault.to_string())?;
         if let Some(reflow) = &self.reflow {
             reflow.validate(&self.train).map_err(|fault| fault.to_string())?;
         }
@@ -208,6 +209,10 @@ impl ExperimentConfig {
                     "`eval.steps` holds {steps}, expected at most the {levels} noise levels of `baseline.diffusion.steps`"
                 ));
             }
+        }
+        if self.regressor {
+            let beside = regressor(&self.model).validate();
+            beside.map_err(|fault| format!("`regressor` is true: {fault}"))?;
         }
         if self.model.regression {
             self.validate_regression()?;
@@ -253,6 +258,22 @@ impl ExperimentConfig {
 mod tests {
     use super::*;
     use crate::config::{load, parse};
+    use reseflow_train::{Optimizer, Solver};
+
+    /// What the paper says of training and sampling ("Training Configuration" and the figures over steps).
+    fn has_the_papers_hyper_parameters(config: &ExperimentConfig) {
+        let (name, train) = (&config.name, &config.train);
+        let reflow = config.reflow.as_ref().unwrap();
+        assert_eq!((train.optimizer, train.learning_rate), (Optimizer::AdamW, 2e-4), "{name}");
+        let of_flow_2 = reflow.training(train, 1);
+        assert_eq!((of_flow_2.optimizer, of_flow_2.learning_rate), (Optimizer::AdamW, 8e-5), "{name}");
+        assert_eq!((train.time.zero_share, of_flow_2.time.zero_share), (0.0, 0.0), "{name}");
+        let mixed = toml::Table::try_from(reflow.mixture).unwrap();
+        assert_eq!(mixed["coupling"].as_str(), Some("independent"), "{name}");
+        assert_eq!((mixed["pair_share"].as_float(), reflow.rounds), (Some(0.5), 1), "{name}");
+        assert!(matches!(reflow.pairs.solver, Solver::DormandPrince(_)), "{name}");
+        assert_eq!(config.eval.steps, EVAL_STEPS, "{name}");
+    }
 
     #[test]
     fn every_configuration_that_is_shipped_is_valid() {
@@ -265,6 +286,9 @@ mod tests {
                 let config: ExperimentConfig = load(&path, &[]).unwrap();
                 config.validate().unwrap();
                 assert!(reseflow_sim::tasks().contains(&config.task.as_str()), "{}", path.display());
+                if path.parent().is_some_and(|folder| folder.ends_with("paper")) {
+                    has_the_papers_hyper_parameters(&config);
+                }
                 read += 1;
             }
         }

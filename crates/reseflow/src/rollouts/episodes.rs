@@ -48,7 +48,7 @@ pub struct RolloutRequest {
     pub observation_horizon: usize,
     /// Actions executed before the policy plans again.
     pub n_action_steps: usize,
-    /// Whether the object is pushed in the middle of each episode.
+    /// Whether each episode is disturbed, before the action step that the task names.
     pub disturb: bool,
 }
 
@@ -162,7 +162,7 @@ impl Runner<'_> {
         let config = RolloutConfig {
             observation_horizon: self.request.observation_horizon,
             n_action_steps: self.request.n_action_steps,
-            disturb_before: self.request.disturb.then_some(self.spec.action_steps / 2),
+            disturb_before: self.request.disturb.then_some(self.spec.disturb_before),
             policy_seed,
         };
         let record = rollout(scene, &self.spec, policy, &config, observer)?;

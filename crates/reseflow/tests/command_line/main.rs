@@ -11,3 +11,4 @@ mod references;
 mod reflow;
 mod resume;
 mod support;
+mod twists;

@@ -54,6 +54,7 @@ pub use radial::RadialBasis;
 pub use scene_batch::{EdgeTensors, SceneBatch};
 pub use tokens::{GripperState, TokenBatch};
 pub use transformer::{
-    ManiNodes, Nonlinearity, SE3ManiNet, SE3ManiNetConfig, SE3Transformer, SE3TransformerConfig, SceneFrames,
+    ManiLossConfig, ManiNodes, Nonlinearity, SE3ManiNet, SE3ManiNetConfig, SE3Transformer,
+    SE3TransformerConfig, SceneFrames,
 };
 pub use twist::TwistPrediction;

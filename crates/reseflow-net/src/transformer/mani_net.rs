@@ -1,7 +1,7 @@
 //! SE3ManiNet with K nodes (after RiEMann, arXiv 2403.19460): an SE(3)-Transformer over a cloud, K heat maps, and for every node a
 //! position, invariant and equivariant features, and a pose; and the pose on which the nodes agree.
 //!
-//! A loss takes the consensus, at half weight every node's pose, and the maps' [`ManiNodes::overlap`] as a penalty, so that nodes neither
+//! [`ManiNodes::loss`] takes the consensus, at half weight every node's pose, and the maps' overlap as a penalty, so that nodes neither
 //! collapse nor idle.
 
 use burn::module::Module;

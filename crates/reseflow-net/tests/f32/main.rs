@@ -11,6 +11,7 @@ mod support;
 
 mod checkpoint;
 mod degree_checkpoint;
+mod mani_loss;
 mod pointer;
 mod refusals;
 

@@ -2,8 +2,11 @@
 
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
+use reseflow_lie_tensor::SE3Tensor;
 use reseflow_net::degrees::{EdgeFrames, EdgeProduct, PathWeight, TensorProductConvolutionConfig};
-use reseflow_net::{EdgeList, EdgeTensors, ManiNodes, Nonlinearity, SE3ManiNet, SE3ManiNetConfig};
+use reseflow_net::{
+    EdgeList, EdgeTensors, ManiLossConfig, ManiNodes, Nonlinearity, SE3ManiNet, SE3ManiNetConfig,
+};
 use serde_json::Value;
 
 use super::degree_layers::{RADIAL_MLP, centre_edges, convolved, mani_net, uniform};
@@ -177,7 +180,12 @@ pub(crate) fn mani_net_loss(net: &SE3ManiNet, clouds: &[Cloud], device: &Device)
     let mut rng = rng(78);
     let features = nodes.features.degrees.iter().map(|degree| weighed(degree.clone(), &mut rng));
     let features = features.reduce(|a, b| a + b).expect("there are scalars");
+    let home = SE3Tensor {
+        rotation: Tensor::<2>::eye(3, device).unsqueeze_dim::<3>(0).repeat_dim(0, clouds.len()),
+        translation: Tensor::zeros([clouds.len(), 3], device),
+    };
     features
+        + nodes.loss(&home, &ManiLossConfig::default())
         + weighed(nodes.rotations.clone(), &mut rng)
         + weighed(nodes.translations_m.clone(), &mut rng)
         + weighed(nodes.consensus_rotations.clone(), &mut rng)

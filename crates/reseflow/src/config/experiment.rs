@@ -266,6 +266,7 @@ mod tests {
         let reflow = config.reflow.as_ref().unwrap();
         assert_eq!((train.optimizer, train.learning_rate), (Optimizer::AdamW, 2e-4), "{name}");
         let of_flow_2 = reflow.training(train, 1);
+        assert_eq!((train.batch_size, train.accumulate), (1, 1), "{name}");
         assert_eq!((of_flow_2.optimizer, of_flow_2.learning_rate), (Optimizer::AdamW, 8e-5), "{name}");
         assert_eq!((train.time.zero_share, of_flow_2.time.zero_share), (0.0, 0.0), "{name}");
         let mixed = toml::Table::try_from(reflow.mixture).unwrap();

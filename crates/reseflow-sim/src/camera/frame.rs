@@ -56,15 +56,15 @@ pub(crate) fn observe<R: Rng>(
     let second = settings.second_view_rad.map(|angle| camera.turned_about_table(angle));
     let views: Vec<(&Camera, PixelRays)> =
         std::iter::once(camera).chain(second.as_ref()).map(|view| (view, PixelRays::new(view))).collect();
-    let sights: Vec<Sight> =
+    let mut sights: Vec<Sight> =
         views.iter().flat_map(|(view, rays)| sights(view, rays, settings, world)).collect();
+    if settings.drop_fraction > 0.0 {
+        sights.retain(|_| rng.random::<f64>() >= settings.drop_fraction);
+    }
 
     let mut candidates = PointCloud::default();
     let mut salient = Vec::new();
     for sight in &sights {
-        if settings.drop_fraction > 0.0 && rng.random::<f64>() < settings.drop_fraction {
-            continue;
-        }
         let kept = sight.measure(settings, rng, &mut candidates);
         if kept && candidates.colors.last().is_some_and(|&rgb| is_salient(rgb)) {
             salient.push(*sight);
@@ -88,8 +88,8 @@ fn sights<'a>(
     settings: &CameraSettings,
     world: &World,
 ) -> Vec<Sight<'a>> {
-    // Rays that meet the table alone give points that the crop would drop: they need not be cast.
-    let wants_table = settings.crop_below_m.is_none();
+    // A crop above the table's top drops all of the table, whatever the noise: it need not be cast at.
+    let wants_table = settings.crop_below_m.is_none_or(|height_m| height_m <= 0.0);
     let parts: Vec<_> = world.parts().filter(|(part, _)| wants_table || part.role != Role::Table).collect();
     let surfaces: Vec<_> = parts.iter().map(|(part, pose)| (&part.surface, **pose)).collect();
     depth_image(camera, rays, &surfaces)

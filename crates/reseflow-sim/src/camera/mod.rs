@@ -39,7 +39,8 @@ pub struct CameraSettings {
     pub depth_noise_m: f64,
     /// The fraction of pixels that return no depth.
     pub drop_fraction: f64,
-    /// Points below this height over the table are cropped, metres; `None` keeps the table.
+    /// Points below this height over the table's top are cropped, metres, and so is the table itself, noise or not, where the
+    /// height is positive; `None` crops nothing.
     pub crop_below_m: Option<f64>,
     /// Whether the robot's own body is cut out (its pose is known). It hides what is behind it all the same.
     pub mask_gripper: bool,

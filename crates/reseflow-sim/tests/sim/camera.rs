@@ -78,7 +78,25 @@ fn masks_and_the_crop_do_what_they_say() {
     let with_gripper = cloud(&setup, CameraSettings { mask_gripper: false, ..noiseless() });
     assert!(highest(&with_gripper) > 0.2);
     let with_table = cloud(&setup, CameraSettings { crop_below_m: None, ..noiseless() });
-    assert!(with_table.points.iter().filter(|p| p[2].abs() < 1e-4).count() > 20);
+    let on_the_table = |cloud: &PointCloud| cloud.points.iter().filter(|p| p[2].abs() < 1e-4).count();
+    assert!(on_the_table(&with_table) > 20);
+    let below = cloud(&setup, CameraSettings { crop_below_m: Some(-0.001), ..noiseless() });
+    assert!(on_the_table(&below) > 20, "a crop below the table's top leaves the table in");
+}
+
+#[test]
+fn a_dropped_pixel_returns_nothing_even_where_points_are_few() {
+    let setup = TriangleSetup::draw(&key("triangle", Split::Train, 1, 7));
+    let distinct = |drop_fraction: f64| {
+        let cloud = cloud(&setup, CameraSettings { drop_fraction, ..noiseless() });
+        assert_eq!(cloud.len(), 100);
+        let points = cloud.points.iter().map(|point| point.map(f32::to_bits));
+        points.collect::<std::collections::HashSet<_>>().len()
+    };
+    // A measurement without noise says which pixel it is from.
+    let (few, all) = (distinct(0.95), distinct(0.0));
+    assert!((5..80).contains(&few) && all == 100, "{few} pixels of one in twenty, {all} of all");
+    assert_eq!(distinct(1.0), 1, "nothing in view is the view's far end");
 }
 
 #[test]

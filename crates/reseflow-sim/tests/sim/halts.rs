@@ -2,7 +2,7 @@
 
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
-use reseflow_data::{Action, Halt, Scene, Split, Task};
+use reseflow_data::{Action, Halt, Scene, SceneBody, Split, Task};
 use reseflow_lie::{SE3, SO3, Vector3};
 use reseflow_sim::{TriangleSetup, TriangleTask, task, tasks};
 
@@ -114,14 +114,24 @@ fn wild_action(rng: &mut impl Rng) -> Action {
     action
 }
 
-/// A short episode of wild commands: how it ended, and whether the scene kept its word about ending.
-fn wild_episode(task: &dyn Task, index: u64) -> Option<Halt> {
+/// Where everything is that a task brought.
+fn object_places(scene: &dyn Scene) -> Vec<Vector3<f64>> {
+    let is_object = |body: &&SceneBody| {
+        !(body.name.starts_with("gripper") || body.name == "table" || body.name == "wet_paint")
+    };
+    scene.bodies().iter().filter(is_object).map(|body| body.world_from_body.translation).collect()
+}
+
+/// A short episode of wild commands: how it ended, how far an object moved within a tick, and whether the scene kept its
+/// word about ending.
+fn wild_episode(task: &dyn Task, index: u64) -> (Option<Halt>, f64) {
     let key = key(&task.spec().name, Split::Test, 9, index);
     let mut rng = key.rng("wild actions");
     let mut scene = task.reset(&key).unwrap();
     let first = scene.observe();
     let mut command = Action { world_from_gripper: first.world_from_gripper, opening: first.gripper_opening };
-    let mut halt = None;
+    let (mut halt, mut farthest_m) = (None, 0.0_f64);
+    let mut places = object_places(scene.as_ref());
     for _ in 0..3 {
         let target = wild_action(&mut rng);
         for tick in 1..=8 {
@@ -130,6 +140,10 @@ fn wild_episode(task: &dyn Task, index: u64) -> Option<Halt> {
                 Ok(tick) => assert!(halt.is_none() && tick.measure.is_finite()),
                 Err(reason) => assert_eq!(*halt.get_or_insert(reason), reason),
             }
+            let now = object_places(scene.as_ref());
+            let moved = places.iter().zip(&now).map(|(before, now)| (now - before).norm());
+            farthest_m = moved.fold(farthest_m, f64::max);
+            places = now;
         }
         command = target;
     }
@@ -137,7 +151,7 @@ fn wild_episode(task: &dyn Task, index: u64) -> Option<Halt> {
     assert!(outcome.measure.is_finite() && !(outcome.success && outcome.halt.is_some()));
     assert!(halt.is_none() || outcome.halt == halt);
     assert!(scene.observe().cloud.points.iter().flatten().all(|x| x.is_finite()));
-    outcome.halt
+    (outcome.halt, farthest_m)
 }
 
 #[test]
@@ -145,8 +159,11 @@ fn a_thousand_wild_episodes_end_in_an_outcome_each() {
     let per_task = 1000_u64.div_ceil(tasks().len() as u64);
     for name in tasks() {
         let task = task(name).unwrap();
-        let halts: Vec<Option<Halt>> =
-            (0..per_task).into_par_iter().map(|index| wild_episode(task.as_ref(), index)).collect();
+        let (halts, moved_m): (Vec<Option<Halt>>, Vec<f64>) =
+            (0..per_task).into_par_iter().map(|index| wild_episode(task.as_ref(), index)).unzip();
+        // The fingers themselves reach 2 m/s; what pushes bodies apart that have sunk in may add nothing to it.
+        let fastest = moved_m.into_iter().fold(0.0, f64::max) / (task.spec().tick_nanos as f64 * 1e-9);
+        assert!((0.3..2.5).contains(&fastest), "{name}: an object moves with {fastest} m/s");
         let count = |halt: Option<Halt>| halts.iter().filter(|got| **got == halt).count();
         assert!(count(None) > 10, "{name}: only {} wild episodes were not halted", count(None));
         for reason in [Halt::NonFiniteAction, Halt::OutOfReach] {

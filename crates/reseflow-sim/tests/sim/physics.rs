@@ -19,14 +19,14 @@ struct Record {
     ticks: usize,
 }
 
+fn is_of_gripper(contact: &Contact) -> bool {
+    [&contact.body_a, &contact.body_b].iter().any(|name| name.starts_with("gripper"))
+}
+
 impl EpisodeObserver for Record {
     fn on_tick(&mut self, tick: &Tick, _scene: &mut dyn Scene) {
         self.ticks += 1;
-        let of_gripper = |contact: &Contact| {
-            let names = [&contact.body_a, &contact.body_b];
-            contact.force_n > 0.0 && names.iter().any(|name| name.starts_with("gripper"))
-        };
-        self.touched |= tick.contacts.iter().any(of_gripper);
+        self.touched |= tick.contacts.iter().any(|contact| contact.force_n > 0.0 && is_of_gripper(contact));
         if !self.touched {
             self.measure_before_touch = self.measure_before_touch.max(tick.measure.abs());
         }
@@ -56,12 +56,14 @@ fn objects_move_by_contact_only_and_hardly_sink_in() {
         for record in &records {
             let moved = record.measure_before_touch;
             assert!(record.touched && moved < 1e-3, "{name}: measure {moved} before any touch");
-            depths.extend(record.contacts.iter().map(|contact| contact.depth_m));
+            // What rests on the table, and springs, hardly sink in at all: they do not count.
+            let sunk_in = |contact: &&Contact| contact.depth_m > 0.0 && is_of_gripper(contact);
+            depths.extend(record.contacts.iter().filter(sunk_in).map(|contact| contact.depth_m));
         }
         depths.sort_by(f64::total_cmp);
         let p99 = depths[depths.len() * 99 / 100];
         assert!(
-            depths.len() > 500 && p99 < 1e-3,
+            depths.len() > 300 && p99 < 1e-3,
             "{name}: {} contacts, 99th percentile {p99} m",
             depths.len()
         );

@@ -97,8 +97,13 @@ impl Scene for DoorScene {
     }
 
     fn judge(&mut self) -> Outcome {
+        let before = self.opened_rad();
         let halt = self.table.hold_still();
         let measure = self.opened_rad();
+        let touches = gripper_touches_door(&self.table.world.contacts());
+        if !(self.touched || touches || self.pushed) {
+            self.untouched_rad += (measure - before).abs();
+        }
         let reached = measure >= GOAL_RAD && self.untouched_rad <= UNTOUCHED_LIMIT_RAD;
         Outcome { success: halt.is_none() && reached, measure, measure_name: "opened_rad".to_owned(), halt }
     }
@@ -144,14 +149,17 @@ mod tests {
 
     #[test]
     fn a_door_that_opens_untouched_is_no_success() {
-        let (mut scene, still) = scene(0);
-        push(&mut scene, 0.1);
-        for _ in 0..40 {
-            scene.tick(&still).unwrap();
+        // In its own time, or while it is being judged.
+        for ticks in [40, 0] {
+            let (mut scene, still) = scene(0);
+            push(&mut scene, 0.1);
+            for _ in 0..ticks {
+                scene.tick(&still).unwrap();
+            }
+            let outcome = scene.judge();
+            assert!(outcome.measure > GOAL_RAD, "opened to {} rad only", outcome.measure);
+            assert!(!outcome.success);
         }
-        let outcome = scene.judge();
-        assert!(outcome.measure > GOAL_RAD, "opened to {} rad only", outcome.measure);
-        assert!(!outcome.success);
     }
 
     #[test]

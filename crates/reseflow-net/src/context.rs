@@ -6,6 +6,7 @@ use burn::nn::Linear;
 use burn::tensor::{Device, Tensor};
 use rand::Rng;
 
+use crate::error::check_numbers;
 use crate::init::{linear, linear_around, normal};
 use crate::scene_batch::floats;
 use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M, fourier, gripper_vectors};
@@ -98,6 +99,12 @@ impl ContextEncoder {
                 expected: self.frames,
                 got: odd.frames.len(),
             });
+        }
+        for (scene, state) in states.iter().enumerate() {
+            for (frame, gripper) in state.frames.iter().enumerate() {
+                gripper.check("gripper state", scene * self.frames + frame)?;
+            }
+            check_numbers("progress", scene, [state.progress])?;
         }
         let [rows, channels] = latest.nodes.scalars.dims();
         let nodes = rows / scenes;

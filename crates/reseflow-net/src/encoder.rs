@@ -50,30 +50,14 @@ impl EncoderConfig {
     /// # Errors
     /// [`NetError::Config`] naming the first key that does not.
     pub fn validate(&self) -> Result<(), NetError> {
-        for (key, value) in [
-            ("graph.centres", self.graph.centres),
-            ("graph.point_neighbors", self.graph.point_neighbors),
-            ("graph.centre_neighbors", self.graph.centre_neighbors),
-            ("channels", self.channels),
-            ("nodes", self.nodes),
-        ] {
+        self.graph.validate("encoder.graph")?;
+        for (key, value) in [("channels", self.channels), ("nodes", self.nodes)] {
             if value == 0 {
                 return Err(NetError::Config(format!("encoder.{key} must be at least 1, got 0")));
             }
         }
-        let color_m = self.graph.color_m;
-        if !(color_m.is_finite() && color_m >= 0.0) {
-            return Err(NetError::Config(format!("encoder.graph.color_m must be at least 0, got {color_m}")));
-        }
-        for (key, basis) in [("point_radial", self.point_radial), ("centre_radial", self.centre_radial)] {
-            if basis.count < 2 || !(basis.max_m.is_finite() && basis.max_m > 0.0) {
-                return Err(NetError::Config(format!(
-                    "encoder.{key} needs count >= 2 and max_m > 0, got count = {} and max_m = {}",
-                    basis.count, basis.max_m
-                )));
-            }
-        }
-        Ok(())
+        self.point_radial.validate("encoder.point_radial")?;
+        self.centre_radial.validate("encoder.centre_radial")
     }
 
     /// Draws the weights.

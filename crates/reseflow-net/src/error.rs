@@ -2,6 +2,26 @@
 
 use crate::Parameterisation;
 
+/// Farther than any scene reaches, metres; its square is far from what f32 can hold.
+const LARGEST: f64 = 1e6;
+
+/// Refuses numbers that are not finite or beyond [`LARGEST`], as those of the `index`th `what`.
+pub(crate) fn check_numbers(
+    what: &'static str,
+    index: usize,
+    numbers: impl IntoIterator<Item = f64>,
+) -> Result<(), NetError> {
+    for number in numbers {
+        if !number.is_finite() {
+            return Err(NetError::NonFinite { what, index });
+        }
+        if number.abs() > LARGEST {
+            return Err(NetError::OutOfRange { what, index });
+        }
+    }
+    Ok(())
+}
+
 /// An input or a configuration that has no answer.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum NetError {
@@ -12,6 +32,24 @@ pub enum NetError {
     #[error("point {index} of the cloud is not finite")]
     NonFinitePoint {
         /// The point's index.
+        index: usize,
+    },
+    /// A number of a gripper, a token or a scene's state that is NaN or infinite.
+    #[error("{what} {index} is not finite")]
+    NonFinite {
+        /// What it is a number of.
+        what: &'static str,
+        /// Which of them; those of several scenes are counted on, scene after scene.
+        index: usize,
+    },
+    /// A finite number so large that f32 would not hold its square times a few.
+    #[error(
+        "{what} {index} has a number beyond 1e6: expected a scene in metres, not this far from the origin"
+    )]
+    OutOfRange {
+        /// What it is a number of.
+        what: &'static str,
+        /// Which of them; those of several scenes are counted on, scene after scene.
         index: usize,
     },
     /// Counts that do not go together.

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::check_numbers;
 use crate::neighbors::{squared_norm, sub};
 use crate::{EdgeList, NeighborConfig, NetError};
 
@@ -25,6 +26,26 @@ pub struct GraphConfig {
 impl Default for GraphConfig {
     fn default() -> Self {
         Self { centres: 32, point_neighbors: 16, centre_neighbors: 12, color_m: 0.1 }
+    }
+}
+
+impl GraphConfig {
+    /// Refuses sizes that make no graph; `key` is what the configuration calls it.
+    pub(crate) fn validate(&self, key: &str) -> Result<(), NetError> {
+        for (size, value) in [
+            ("centres", self.centres),
+            ("point_neighbors", self.point_neighbors),
+            ("centre_neighbors", self.centre_neighbors),
+        ] {
+            if value == 0 {
+                return Err(NetError::Config(format!("{key}.{size} must be at least 1, got 0")));
+            }
+        }
+        let color_m = self.color_m;
+        if !(color_m.is_finite() && color_m >= 0.0) {
+            return Err(NetError::Config(format!("{key}.color_m must be at least 0, got {color_m}")));
+        }
+        Ok(())
     }
 }
 
@@ -49,8 +70,10 @@ impl CloudGraph {
     /// Builds the graph. A cloud of fewer than M points repeats its centres in the order of choice.
     ///
     /// # Errors
-    /// [`NetError::EmptyCloud`], [`NetError::NonFinitePoint`], and [`NetError::Mismatch`] where colours are missing.
+    /// [`NetError::EmptyCloud`], [`NetError::NonFinitePoint`], [`NetError::OutOfRange`] where a coordinate is beyond 1e6 m,
+    /// [`NetError::Mismatch`] where colours are missing, and [`NetError::Config`] where a size makes no sense.
     pub fn build(points: &[[f64; 3]], colors: &[[u8; 3]], config: &GraphConfig) -> Result<Self, NetError> {
+        config.validate("graph")?;
         if points.is_empty() {
             return Err(NetError::EmptyCloud);
         }
@@ -59,6 +82,9 @@ impl CloudGraph {
         }
         if let Some(index) = points.iter().position(|point| point.iter().any(|value| !value.is_finite())) {
             return Err(NetError::NonFinitePoint { index });
+        }
+        for (index, point) in points.iter().enumerate() {
+            check_numbers("point", index, *point)?;
         }
         let count = points.len() as f64;
         let centroid_m = [0, 1, 2].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / count);
@@ -69,8 +95,8 @@ impl CloudGraph {
         let centre_positions: Vec<_> = centres.iter().map(|&index| positions_m[index]).collect();
         let nearest = |per_receiver| NeighborConfig { per_receiver, radius_m: None };
         let point_edges =
-            EdgeList::between(&centre_positions, &positions_m, &nearest(config.point_neighbors));
-        let centre_edges = EdgeList::among(&centre_positions, &nearest(config.centre_neighbors));
+            EdgeList::between(&centre_positions, &positions_m, &nearest(config.point_neighbors))?;
+        let centre_edges = EdgeList::among(&centre_positions, &nearest(config.centre_neighbors))?;
         Ok(Self { centroid_m, positions_m, colors, centres, point_edges, centre_edges })
     }
 }
@@ -161,5 +187,29 @@ mod tests {
             Err(NetError::NonFinitePoint { index: 1 })
         );
         assert!(matches!(CloudGraph::build(&[[0.0; 3]], &[], &config), Err(NetError::Mismatch { .. })));
+        for far_m in [2e6, -1e30, f64::MAX] {
+            assert_eq!(
+                CloudGraph::build(&[[0.0; 3], [0.0, 0.0, far_m]], &[[0; 3]; 2], &config),
+                Err(NetError::OutOfRange { what: "point", index: 1 })
+            );
+        }
+        let edge = CloudGraph::build(&[[0.0; 3], [0.0, 0.0, 1e6]], &[[0; 3]; 2], &config);
+        assert!(edge.is_ok(), "the farthest that is allowed: {edge:?}");
+    }
+
+    #[test]
+    fn sizes_that_make_no_graph_are_refused() {
+        let build = |config| CloudGraph::build(&[[0.0; 3]], &[[0; 3]], &config);
+        let sound = GraphConfig::default();
+        for (key, config) in [
+            ("graph.centres", GraphConfig { centres: 0, ..sound }),
+            ("graph.point_neighbors", GraphConfig { point_neighbors: 0, ..sound }),
+            ("graph.centre_neighbors", GraphConfig { centre_neighbors: 0, ..sound }),
+            ("graph.color_m", GraphConfig { color_m: f64::NAN, ..sound }),
+        ] {
+            let fault = build(config).unwrap_err().to_string();
+            assert!(fault.contains(key), "{key}: {fault}");
+        }
+        assert!(build(sound).is_ok());
     }
 }

@@ -6,8 +6,16 @@ use std::ops::{Add, AddAssign, Mul, Sub};
 
 use burn::backend::ndarray::NdArrayTensor;
 use burn::backend::tensor::FloatTensor;
-use burn::backend::{Backend, Flex, NdArray};
-use burn::tensor::{Element, TensorData};
+use burn::backend::{Backend, DispatchDevice, Flex, NdArray};
+use burn::tensor::{Device, Element, TensorData};
+
+/// Whether a device, with or without autodiff, is one that the operations of this crate run on: flex or ndarray.
+pub(crate) fn on_host(device: &Device) -> bool {
+    matches!(
+        device.clone().without_autodiff().as_dispatch(),
+        DispatchDevice::Flex(_) | DispatchDevice::NdArray(_)
+    )
+}
 
 /// f32 or f64, as the kernels compute with it.
 pub(crate) trait Real:
@@ -105,6 +113,13 @@ fn copied<B: Backend, F: Element>(tensor: &FloatTensor<B>) -> Cow<'_, [F]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn both_back_ends_are_known_with_and_without_autodiff() {
+        for device in [Device::flex(), Device::ndarray()] {
+            assert!(on_host(&device) && on_host(&device.autodiff()));
+        }
+    }
 
     #[test]
     fn the_f32_sigmoid_is_that_of_f64_to_rounding() {

@@ -10,6 +10,12 @@
 //!
 //! Beside it stands an SE(3)-Transformer for features of any degree: [`irreps`] has the mathematics, [`degrees`] the layers, and
 //! [`SE3Transformer`] and [`SE3ManiNet`] are built of them.
+//!
+//! # Devices and gradients
+//! What takes longest is computed by operations of this crate's own ([`message`], [`degrees`], [`silu`]) that run on burn's flex and
+//! ndarray, with autodiff and without. On any other device the same is composed of burn's operations, which is slower and which no test
+//! of this crate runs. Directions of edges, envelope weights and Wigner matrices are constants for the backward pass: gradients arrive
+//! at weights and features, not at the coordinates of the points.
 
 mod attention;
 mod consensus;

@@ -4,13 +4,29 @@
 //! message fades to zero as its source approaches where it would no longer be a neighbour: an envelope scaled by the (k+1)-th distance
 //! or the radius, whichever is less. Where all neighbours lie at that border, the receiver hears nothing.
 
+use crate::NetError;
+
 /// How many neighbours a point has, and how far away they may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeighborConfig {
-    /// Edges per receiver, k: no more than the k nearest send.
+    /// Edges per receiver, k, at least 1: no more than the k nearest send.
     pub per_receiver: usize,
     /// Sources at this distance in metres or farther do not send; without it the nearest do however far they are.
     pub radius_m: Option<f64>,
+}
+
+impl NeighborConfig {
+    fn validate(&self) -> Result<(), NetError> {
+        if self.per_receiver == 0 {
+            return Err(NetError::Config("neighbors.per_receiver must be at least 1, got 0".to_owned()));
+        }
+        match self.radius_m {
+            Some(radius) if radius.is_nan() || radius <= 0.0 => {
+                Err(NetError::Config(format!("neighbors.radius_m must be greater than 0, got {radius}")))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Edges into M receivers, a fixed number each, grouped by receiver.
@@ -33,12 +49,22 @@ const LEAST_TOTAL: f64 = 0.01;
 
 impl EdgeList {
     /// Edges from `sources` to `receivers`, both in metres; a source at the very place of a receiver sends too.
-    pub fn between(receivers: &[[f64; 3]], sources: &[[f64; 3]], config: &NeighborConfig) -> Self {
+    ///
+    /// # Errors
+    /// [`NetError::Config`] where there are no edges per receiver, or the radius is no length.
+    pub fn between(
+        receivers: &[[f64; 3]],
+        sources: &[[f64; 3]],
+        config: &NeighborConfig,
+    ) -> Result<Self, NetError> {
         edges(receivers, sources, config, false)
     }
 
     /// Edges among `points`, in metres, none from a point to itself.
-    pub fn among(points: &[[f64; 3]], config: &NeighborConfig) -> Self {
+    ///
+    /// # Errors
+    /// As [`Self::between`].
+    pub fn among(points: &[[f64; 3]], config: &NeighborConfig) -> Result<Self, NetError> {
         edges(points, points, config, true)
     }
 }
@@ -52,7 +78,13 @@ pub(crate) fn squared_norm(a: &[f64; 3]) -> f64 {
 }
 
 /// With `skip_same`, a receiver is not its own neighbour.
-fn edges(receivers: &[[f64; 3]], sources: &[[f64; 3]], config: &NeighborConfig, skip_same: bool) -> EdgeList {
+fn edges(
+    receivers: &[[f64; 3]],
+    sources: &[[f64; 3]],
+    config: &NeighborConfig,
+    skip_same: bool,
+) -> Result<EdgeList, NetError> {
+    config.validate()?;
     let count = config.per_receiver;
     let mut edges = EdgeList {
         per_receiver: count,
@@ -101,7 +133,7 @@ fn edges(receivers: &[[f64; 3]], sources: &[[f64; 3]], config: &NeighborConfig, 
             }
         }
     }
-    edges
+    Ok(edges)
 }
 
 /// 1 at the receiver, 0 with zero slope at `border` (1 everywhere where all sources coincide with the receiver).
@@ -124,7 +156,7 @@ mod tests {
     #[test]
     fn the_envelope_vanishes_at_the_first_point_left_out_and_weights_sum_to_one() {
         let points: Vec<_> = (0..10).map(|i| [0.01 * f64::from(i * i), 0.0, 0.0]).collect();
-        let edges = EdgeList::between(&points, &points, &nearest(4));
+        let edges = EdgeList::between(&points, &points, &nearest(4)).unwrap();
         for weights in edges.weights.chunks(4) {
             assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         }
@@ -141,6 +173,7 @@ mod tests {
                 &sources,
                 &NeighborConfig { per_receiver: 4, radius_m: Some(radius) },
             )
+            .unwrap()
         };
         let few = within(0.35);
         assert_eq!(few.sources[..3], [0, 1, 2]);
@@ -150,9 +183,13 @@ mod tests {
         for (weight, expected) in few.weights.iter().zip(expected) {
             assert!((weight - expected / total).abs() < 1e-12, "{few:?}");
         }
-        assert_eq!(within(10.0), EdgeList::between(&[[0.0; 3]], &sources, &nearest(4)));
+        assert_eq!(within(10.0), EdgeList::between(&[[0.0; 3]], &sources, &nearest(4)).unwrap());
         assert_eq!(within(0.1).weights, [0.0; 4], "what is at the radius does not send");
-        assert_eq!(EdgeList::among(&sources, &nearest(5)).sources[..5], [1, 2, 3, 4, 5], "none to itself");
+        assert_eq!(
+            EdgeList::among(&sources, &nearest(5)).unwrap().sources[..5],
+            [1, 2, 3, 4, 5],
+            "none to itself"
+        );
     }
 
     /// At the radius, and where two sources change places, for one neighbour and for two.
@@ -160,7 +197,7 @@ mod tests {
     fn weights_of_lone_neighbours_do_not_jump() {
         let weight_of_first = |distance: f64, config: &NeighborConfig| {
             let sources = [[distance, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, -0.2]];
-            let edges = EdgeList::between(&[[0.0; 3]], &sources, config);
+            let edges = EdgeList::between(&[[0.0; 3]], &sources, config).unwrap();
             (edges.sources.iter().zip(&edges.weights))
                 .filter(|(source, _)| **source == 0)
                 .map(|(_, weight)| weight)
@@ -179,6 +216,23 @@ mod tests {
         }
     }
 
+    #[test]
+    fn no_edges_and_a_radius_that_is_no_length_are_refused() {
+        let points = [[0.0; 3], [0.1, 0.0, 0.0]];
+        for config in [
+            nearest(0),
+            NeighborConfig { per_receiver: 0, radius_m: Some(0.1) },
+            NeighborConfig { per_receiver: 2, radius_m: Some(f64::NAN) },
+            NeighborConfig { per_receiver: 2, radius_m: Some(-0.1) },
+        ] {
+            let key = if config.per_receiver == 0 { "neighbors.per_receiver" } else { "neighbors.radius_m" };
+            for refused in [EdgeList::between(&points, &points, &config), EdgeList::among(&points, &config)] {
+                let fault = refused.unwrap_err().to_string();
+                assert!(fault.contains(key), "{config:?}: {fault}");
+            }
+        }
+    }
+
     /// Three neighbours of every corner of a cube are equally far; turned, rounding orders them.
     #[test]
     fn rounding_does_not_choose_among_neighbours_that_are_equally_far() {
@@ -188,7 +242,7 @@ mod tests {
             .map(|[x, y, z]| [cos * x - sin * y, sin * x + cos * y, z])
             .map(|[x, y, z]| [x, cos * y - sin * z, sin * y + cos * z])
             .collect();
-        let edges = EdgeList::among(&corners, &nearest(2));
+        let edges = EdgeList::among(&corners, &nearest(2)).unwrap();
         let heaviest = edges.weights.iter().copied().fold(0.0, f64::max);
         assert!(heaviest < 1e-20, "{heaviest:e}");
     }

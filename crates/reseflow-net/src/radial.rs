@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::NetError;
+
 /// Gaussians centred at `count` points spread over \[0, `max_m`\], each as wide as their spacing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -13,6 +15,17 @@ pub struct RadialBasis {
 }
 
 impl RadialBasis {
+    /// Refuses sizes that make no basis; `key` is what the configuration calls it.
+    pub(crate) fn validate(&self, key: &str) -> Result<(), NetError> {
+        let Self { count, max_m } = *self;
+        if count < 2 || !(max_m.is_finite() && max_m > 0.0) {
+            let fault =
+                format!("{key} needs count >= 2 and max_m > 0, got count = {count} and max_m = {max_m}");
+            return Err(NetError::Config(fault));
+        }
+        Ok(())
+    }
+
     /// Appends the basis functions at `length_m` to `out`.
     pub fn evaluate_into(&self, length_m: f64, out: &mut Vec<f64>) {
         let spacing = self.max_m / (self.count - 1) as f64;

@@ -62,7 +62,9 @@ impl SceneBatch {
     /// Lays `graphs` behind one another, each with its gripper.
     ///
     /// # Errors
-    /// [`NetError::Mismatch`] where there is no graph, graphs were built with different sizes, or there is not one gripper for each.
+    /// [`NetError::Mismatch`] where there is no graph, graphs were built with different sizes, or there is not one gripper for each,
+    /// [`NetError::NonFinite`] and [`NetError::OutOfRange`] naming the gripper that has a number that is not finite or beyond 1e6, and
+    /// [`NetError::Config`] where a radial basis makes no sense.
     pub fn collate<'a>(
         graphs: impl IntoIterator<Item = &'a CloudGraph>,
         grippers: &[GripperState],
@@ -77,6 +79,11 @@ impl SceneBatch {
         if grippers.len() != graphs.len() {
             return Err(NetError::Mismatch { what: "grippers", expected: graphs.len(), got: grippers.len() });
         }
+        for (index, gripper) in grippers.iter().enumerate() {
+            gripper.check("gripper", index)?;
+        }
+        point_radial.validate("point_radial")?;
+        centre_radial.validate("centre_radial")?;
         let centres_per_scene = first.centres.len();
         for graph in &graphs {
             for (what, expected, got) in [

@@ -10,12 +10,18 @@ use burn::backend::autodiff::grads::Gradients;
 use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Backend, Dispatch, Flex, NdArray, TensorMetadata, backend_extension};
-use burn::tensor::{DType, Tensor, TensorData};
+use burn::tensor::{DType, Tensor, TensorData, activation};
 
-use crate::host::{HostTensors, Lend, Real};
+use crate::host::{HostTensors, Lend, Real, on_host};
 
-/// silu of every element.
+/// silu of every element; on devices other than flex and ndarray by burn's own operations.
+///
+/// # Shapes
+/// Any, and the output's is the input's.
 pub fn silu<const D: usize>(input: Tensor<D>) -> Tensor<D> {
+    if !on_host(&input.device()) {
+        return activation::silu(input);
+    }
     Tensor::from_dispatch(<Dispatch as SiluOps>::silu(input.into_dispatch()))
 }
 

@@ -3,6 +3,7 @@
 use burn::tensor::{Device, Tensor};
 
 use crate::NetError;
+use crate::error::check_numbers;
 use crate::scene_batch::floats;
 
 /// Offsets in a scene are given over this length, which makes them comparable with unit vectors.
@@ -25,6 +26,14 @@ pub struct GripperState {
     pub opening: f64,
 }
 
+impl GripperState {
+    /// Refuses numbers that are none or too large; the state is the `index`th `what`.
+    pub(crate) fn check(&self, what: &'static str, index: usize) -> Result<(), NetError> {
+        let columns = self.columns.into_iter().flatten();
+        check_numbers(what, index, columns.chain(self.position_m).chain([self.opening]))
+    }
+}
+
 /// L tokens for each of B scenes.
 #[derive(Debug, Clone)]
 pub struct TokenBatch {
@@ -40,7 +49,8 @@ impl TokenBatch {
     /// Puts B trajectories of L states, at one flow time each, in the frames of `origins_m`.
     ///
     /// # Errors
-    /// [`NetError::Mismatch`] where counts differ.
+    /// [`NetError::Mismatch`] where counts differ, [`NetError::NonFinite`] and [`NetError::OutOfRange`] naming the token, the flow
+    /// time or the origin that has a number that is not finite or beyond 1e6.
     pub fn new(
         trajectories: &[Vec<GripperState>],
         times: &[f64],
@@ -60,6 +70,13 @@ impl TokenBatch {
                 expected: horizon,
                 got: odd.len(),
             });
+        }
+        for (index, state) in trajectories.iter().flatten().enumerate() {
+            state.check("token", index)?;
+        }
+        for (index, (&time, origin_m)) in times.iter().zip(origins_m).enumerate() {
+            check_numbers("flow time", index, [time])?;
+            check_numbers("origin", index, *origin_m)?;
         }
         let states = || {
             (trajectories.iter().zip(origins_m))

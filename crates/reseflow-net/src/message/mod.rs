@@ -4,6 +4,14 @@
 //! waits for on a processor. The operation takes some edges at a time and keeps nothing of them: what it needs on the way back it
 //! makes again while it lies in the cache. [`composed`] is the form by burn's own operations; it says what the kernel must compute, and
 //! the tests hold the one against the other.
+//!
+//! # Devices
+//! The operation runs on flex and ndarray, with autodiff and without. Tensors on any other device of burn's are taken by [`composed`]
+//! instead, which needs nothing but burn's own operations; no such device is among those that the tests run on.
+//!
+//! # Gradients
+//! Directions and envelope weights are constants: the operation's backward pass hands on gradients of the features, of the three parts
+//! of a and of the matrix, and none of where the points are. [`composed`] would hand them on.
 
 mod kernel;
 mod operation;
@@ -12,6 +20,7 @@ use burn::backend::Dispatch;
 use burn::tensor::Tensor;
 
 use self::operation::{EdgeLayout, MessageOps};
+use crate::host::on_host;
 use crate::silu::silu;
 use crate::{EdgeTensors, Features, cross, dot};
 
@@ -29,12 +38,16 @@ pub struct EdgeActivations {
     pub matrix: Tensor<2>,
 }
 
-/// The sums of the messages at every receiver, in one pass.
+/// The sums of the messages at every receiver, in one pass on flex and ndarray and by [`composed`] elsewhere; directions and envelope
+/// are constants for the backward pass.
 ///
 /// # Shapes
 /// - `sources`: S nodes, scalars `[S, C]`, and vectors `[3, S, C]` where there are five paths
 /// - output: scalars `[R, C]`, vectors `[3, R, C]`
 pub fn fused(sources: &Features, activations: EdgeActivations, edges: &EdgeTensors) -> Features {
+    if !on_host(&sources.scalars.device()) {
+        return composed(sources, activations, edges);
+    }
     let [receivers, channels] = activations.receivers.dims();
     let [_, width] = activations.matrix.dims();
     let layout = EdgeLayout {
@@ -64,7 +77,11 @@ pub fn fused(sources: &Features, activations: EdgeActivations, edges: &EdgeTenso
     }
 }
 
-/// The same by burn's own operations: slow, and plain to read.
+/// The same by burn's own operations, on every device: slow, and plain to read. Directions and envelope get gradients here where they
+/// ask for them.
+///
+/// # Shapes
+/// As [`fused`].
 pub fn composed(sources: &Features, activations: EdgeActivations, edges: &EdgeTensors) -> Features {
     let EdgeActivations { sources: of_sources, receivers: of_receivers, edges: of_edges, matrix } =
         activations;

@@ -74,10 +74,8 @@ impl SE3ManiNetConfig {
     /// # Errors
     /// [`NetError::Config`] naming the first key that does not.
     pub fn validate(&self) -> Result<(), NetError> {
+        self.graph.validate("mani_net.graph")?;
         for (key, value) in [
-            ("graph.centres", self.graph.centres),
-            ("graph.point_neighbors", self.graph.point_neighbors),
-            ("graph.centre_neighbors", self.graph.centre_neighbors),
             ("nodes", self.nodes),
             ("transformer.max_degree", self.transformer.max_degree),
             ("transformer.output.max_degree", self.transformer.output.max_degree),
@@ -86,14 +84,8 @@ impl SE3ManiNetConfig {
                 return Err(NetError::Config(format!("mani_net.{key} must be at least 1, got 0")));
             }
         }
-        for (key, basis) in [("point_radial", self.point_radial), ("centre_radial", self.centre_radial)] {
-            if basis.count < 2 || !(basis.max_m.is_finite() && basis.max_m > 0.0) {
-                return Err(NetError::Config(format!(
-                    "mani_net.{key} needs count >= 2 and max_m > 0, got count = {} and max_m = {}",
-                    basis.count, basis.max_m
-                )));
-            }
-        }
+        self.point_radial.validate("mani_net.point_radial")?;
+        self.centre_radial.validate("mani_net.centre_radial")?;
         self.transformer().validate()
     }
 

@@ -20,7 +20,7 @@ use crate::support::{devices, rng, values};
 
 /// Asserts that a module says the same after its weights went through a file into one with other weights.
 #[track_caller]
-fn assert_kept<M: Module + ModuleSnapshot>(
+pub(crate) fn assert_kept<M: Module + ModuleSnapshot>(
     what: &str,
     init: impl Fn(&mut ChaCha8Rng) -> M,
     say: impl Fn(&M) -> Vec<f64>,

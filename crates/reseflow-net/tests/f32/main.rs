@@ -11,7 +11,9 @@ mod support;
 
 mod checkpoint;
 mod degree_checkpoint;
+mod layer_checkpoint;
 mod mani_loss;
+mod numbers;
 mod pointer;
 mod refusals;
 

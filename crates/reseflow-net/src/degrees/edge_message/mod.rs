@@ -5,6 +5,14 @@
 //! training waits for. The operation makes them for a few edges at a time, uses them while they lie in the cache, and makes them again
 //! on the way back. [`composed`] is the form by burn's own operations; it says what the operation must compute, and the tests hold the
 //! one against the other.
+//!
+//! # Devices
+//! The operation runs on flex and ndarray, with autodiff and without. Tensors on any other device of burn's are taken by [`composed`]
+//! instead, which needs nothing but burn's own operations; no such device is among those that the tests run on.
+//!
+//! # Gradients
+//! The Wigner matrices are constants: the operation's backward pass hands on gradients of the features, the radial features and the
+//! matrix, and none of how the edges lie. [`composed`] would hand them on.
 
 mod kernel;
 mod layout;
@@ -15,8 +23,10 @@ use burn::tensor::Tensor;
 
 use self::operation::{EdgeMessageOps, Messages};
 use super::{EdgeFrames, EdgeProduct, FiberFeatures};
+use crate::host::on_host;
 
-/// The messages of `product` at every edge, in one pass.
+/// The messages of `product` at every edge, in one pass on flex and ndarray and by [`composed`] elsewhere; the Wigner matrices are
+/// constants for the backward pass.
 ///
 /// # Shapes
 /// - `sources`: S points, the input's fiber
@@ -30,6 +40,9 @@ pub fn fused(
     weight: Tensor<2>,
     edges: &EdgeFrames,
 ) -> Vec<Tensor<3>> {
+    if !on_host(&radial.device()) {
+        return composed(product, sources, radial, weight, edges);
+    }
     let messages = Messages::new(product, edges);
     let stacked = sources.stacked(product.input.max_degree);
     let output = <Dispatch as EdgeMessageOps>::edge_messages(
@@ -51,7 +64,11 @@ pub fn fused(
     outputs.collect()
 }
 
-/// The same by burn's own operations: slow, and plain to read.
+/// The same by burn's own operations, on every device: slow, and plain to read. The Wigner matrices get gradients here where they ask
+/// for them.
+///
+/// # Shapes
+/// As [`fused`].
 pub fn composed(
     product: &EdgeProduct,
     sources: &FiberFeatures,

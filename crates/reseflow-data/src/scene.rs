@@ -29,7 +29,7 @@ pub enum Halt {
     Diverged,
 }
 
-/// A touch between two bodies during one tick.
+/// A touch between two bodies in the last physics step of a control tick; what parts before the tick ends is not reported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// The first body's name.
@@ -55,7 +55,7 @@ pub struct Tick {
     pub world_from_gripper: SE3,
     /// The gripper's reached opening.
     pub gripper_opening: f64,
-    /// What touches what.
+    /// What touches what at that moment.
     pub contacts: Vec<Contact>,
     /// The task's success measure so far (what `Outcome::measure` will hold).
     pub measure: f64,

@@ -108,7 +108,7 @@ fn expert(task: &dyn Task, label: &str, split: Split, episodes: u64) -> Result<V
 /// What halving the physics step changes in the success measure.
 fn halved(name: &str, coarse: &[Outcome]) -> Result<(), Box<dyn Error>> {
     let physics = PhysicsSettings { substeps: 2 * PhysicsSettings::default().substeps, ..Default::default() };
-    let task = configured_task(name, physics, CameraSettings::default()).ok_or("no such task")?;
+    let task = configured_task(name, physics, CameraSettings::default())?;
     let fine = expert(task.as_ref(), ", step halved", Split::Test, coarse.len() as u64)?;
     let mut changes: Vec<f64> =
         coarse.iter().zip(&fine).map(|(a, b)| (a.measure / b.measure - 1.0).abs()).collect();

@@ -1,10 +1,28 @@
 //! What can go wrong around the simulator, said in one sentence.
 
+use std::fmt::Display;
+
 use reseflow_data::{PolicyError, TaskError};
 
 /// A fault in making episodes. A halted or failed episode is no fault: it is an outcome.
 #[derive(Debug, thiserror::Error)]
 pub enum SimError {
+    /// No task has that name.
+    #[error("unknown task `{name}`, expected one of {}", crate::tasks().join(", "))]
+    UnknownTask {
+        /// The name asked for.
+        name: String,
+    },
+    /// A setting of the world or the camera is out of its range.
+    #[error("`{key}` is {got}, expected {expected}")]
+    Setting {
+        /// The setting.
+        key: &'static str,
+        /// Its value.
+        got: String,
+        /// Its range.
+        expected: String,
+    },
     /// A scene could not be set up.
     #[error(transparent)]
     Task(#[from] TaskError),
@@ -41,4 +59,17 @@ pub enum SimError {
         /// The operating system's reason.
         reason: String,
     },
+}
+
+/// Checks one setting.
+pub(crate) fn expect(
+    holds: bool,
+    key: &'static str,
+    got: impl Display,
+    expected: impl Into<String>,
+) -> Result<(), SimError> {
+    if holds {
+        return Ok(());
+    }
+    Err(SimError::Setting { key, got: got.to_string(), expected: expected.into() })
 }

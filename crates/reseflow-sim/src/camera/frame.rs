@@ -36,7 +36,7 @@ impl Sight<'_> {
         let color = self.color.map(|level| {
             (i16::from(level) + rng.random_range(-COLOR_NOISE..=COLOR_NOISE)).clamp(0, 255) as u8
         });
-        if settings.crop_below_m.is_some_and(|height| f64::from(point[2]) < height) {
+        if f64::from(point[2]) < settings.crop_below_m {
             return false;
         }
         cloud.points.push(point);
@@ -89,7 +89,7 @@ fn sights<'a>(
     world: &World,
 ) -> Vec<Sight<'a>> {
     // A crop above the table's top drops all of the table, whatever the noise: it need not be cast at.
-    let wants_table = settings.crop_below_m.is_none_or(|height_m| height_m <= 0.0);
+    let wants_table = settings.crop_below_m <= 0.0;
     let parts: Vec<_> = world.parts().filter(|(part, _)| wants_table || part.role != Role::Table).collect();
     let surfaces: Vec<_> = parts.iter().map(|(part, pose)| (&part.surface, **pose)).collect();
     depth_image(camera, rays, &surfaces)

@@ -10,6 +10,7 @@ mod frame;
 mod outline;
 mod rays;
 mod select;
+mod settings;
 mod surface;
 
 use nalgebra::{Matrix3, Vector3};
@@ -20,6 +21,7 @@ use crate::color::saturation_and_value;
 
 pub(crate) use frame::observe;
 pub use select::Selection;
+pub use settings::CameraSettings;
 pub(crate) use surface::Surface;
 
 /// Where colours count as salient: printed marks stand out, wood, metal and the table do not.
@@ -30,38 +32,6 @@ const SALIENT_VALUE: f64 = 0.35;
 pub fn is_salient(rgb: [u8; 3]) -> bool {
     let (saturation, value) = saturation_and_value(rgb);
     saturation >= SALIENT_SATURATION && value >= SALIENT_VALUE
-}
-
-/// How frames are made from what the camera sees.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CameraSettings {
-    /// Standard deviation of the depth along each ray, metres.
-    pub depth_noise_m: f64,
-    /// The fraction of pixels that return no depth.
-    pub drop_fraction: f64,
-    /// Points below this height over the table's top are cropped, metres, and so is the table itself, noise or not, where the
-    /// height is positive; `None` crops nothing.
-    pub crop_below_m: Option<f64>,
-    /// Whether the robot's own body is cut out (its pose is known). It hides what is behind it all the same.
-    pub mask_gripper: bool,
-    /// A second camera's view, merged with the first: the same camera carried about the vertical through the table's
-    /// middle by this angle, radians.
-    pub second_view_rad: Option<f64>,
-    /// How the N points are chosen.
-    pub selection: Selection,
-}
-
-impl Default for CameraSettings {
-    fn default() -> Self {
-        Self {
-            depth_noise_m: 0.001,
-            drop_fraction: 0.0,
-            crop_below_m: Some(0.004),
-            mask_gripper: true,
-            second_view_rad: None,
-            selection: Selection::Salient,
-        }
-    }
 }
 
 /// A pinhole camera. Its frame has z along the view, x to the right and y down in the image.

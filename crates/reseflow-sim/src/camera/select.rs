@@ -1,6 +1,7 @@
 //! The choice of N points from all that a camera measured, by their visible colour.
 
 use reseflow_data::PointCloud;
+use serde::{Deserialize, Serialize};
 
 use super::farthest::farthest;
 use super::is_salient;
@@ -9,7 +10,8 @@ use super::is_salient;
 const SALIENT_MINIMUM: usize = 24;
 
 /// How N points are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Selection {
     /// Half by farthest-point sampling over salient colours, half by the same over the rest.
     Salient,

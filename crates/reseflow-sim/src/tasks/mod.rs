@@ -8,6 +8,7 @@ pub(crate) mod triangle;
 use reseflow_data::Task;
 
 use crate::camera::CameraSettings;
+use crate::error::SimError;
 use crate::world::settings::PhysicsSettings;
 use door::DoorTask;
 use painting::PaintingTask;
@@ -29,21 +30,27 @@ pub fn tasks() -> &'static [&'static str] {
 
 /// The task with its default settings; `None` where no task has that name.
 pub fn task(name: &str) -> Option<Box<dyn Task>> {
-    configured_task(name, PhysicsSettings::default(), CameraSettings::default())
+    configured_task(name, PhysicsSettings::default(), CameraSettings::default()).ok()
 }
 
-/// The task in a given world under a given camera; `None` where no task has that name.
+/// The task in a given world under a given camera.
+///
+/// # Errors
+/// [`SimError::UnknownTask`] where no task has that name, [`SimError::Setting`] where a setting is out of its range.
 pub fn configured_task(
     name: &str,
     physics: PhysicsSettings,
     camera: CameraSettings,
-) -> Option<Box<dyn Task>> {
+) -> Result<Box<dyn Task>, SimError> {
+    physics.validate()?;
+    camera.validate()?;
     if name == door::NAME {
-        return Some(Box::new(DoorTask { physics, camera }));
+        return Ok(Box::new(DoorTask { physics, camera }));
     }
     if name == painting::NAME {
-        return Some(Box::new(PaintingTask { physics, camera }));
+        return Ok(Box::new(PaintingTask { physics, camera }));
     }
-    let goal = TriangleGoal::ALL.into_iter().find(|goal| goal.task_name() == name)?;
-    Some(Box::new(TriangleTask { goal, physics, camera }))
+    let goal = TriangleGoal::ALL.into_iter().find(|goal| goal.task_name() == name);
+    let goal = goal.ok_or_else(|| SimError::UnknownTask { name: name.to_owned() })?;
+    Ok(Box::new(TriangleTask { goal, physics, camera }))
 }

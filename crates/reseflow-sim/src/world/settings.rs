@@ -7,6 +7,8 @@
 
 use rapier3d::prelude::{FrictionModel, IntegrationParameters, SpringCoefficients};
 
+use crate::error::{SimError, expect};
+
 /// Length of one control tick, nanoseconds: the paper's 0.05 s.
 pub(crate) const TICK_NANOS: i64 = 50_000_000;
 
@@ -15,10 +17,15 @@ const CONTACT_HZ: f32 = 400.0;
 /// The greatest speed with which they part, metres per second, over the length unit.
 const PARTING_SPEED: f32 = 30.0;
 
+/// The fewest and the most physics steps per control tick.
+const SUBSTEPS: [usize; 2] = [12, 1000];
+/// The carriage's damper is explicit: its rate times the physics step may be this.
+const CARRIAGE_STEP_RAD: f64 = 0.3;
+
 /// How a world is simulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhysicsSettings {
-    /// Physics steps per control tick of 0.05 s, at least 12.
+    /// Physics steps per control tick of 0.05 s, 12 to 1000.
     ///
     /// The carriage's and the fingers' dampers are explicit and add up on the palm; with 10 steps they are near their
     /// limit of stability, and palm and fingers ring against each other.
@@ -27,7 +34,7 @@ pub struct PhysicsSettings {
     pub carriage_force_n: f64,
     /// The greatest torque of the carriage, newton metres.
     pub carriage_torque_nm: f64,
-    /// The natural frequency ω of the critically damped carriage, rad/s. Keep ω·dt ≤ 0.3.
+    /// The natural frequency ω of the critically damped carriage, rad/s; ω·dt may be 0.3.
     pub carriage_rate_rad_s: f64,
     /// The greatest force of each finger, newtons; the force with which opening 0 grips.
     pub grip_force_n: f64,
@@ -49,6 +56,33 @@ impl Default for PhysicsSettings {
 }
 
 impl PhysicsSettings {
+    /// Checks that the world can be simulated so.
+    ///
+    /// # Errors
+    /// [`SimError::Setting`]: the first setting that is out of its range.
+    pub fn validate(&self) -> Result<(), SimError> {
+        let [least, most] = SUBSTEPS;
+        let in_range = (least..=most).contains(&self.substeps);
+        expect(in_range, "substeps", self.substeps, format!("{least} to {most}"))?;
+        for (key, value) in [
+            ("carriage_force_n", self.carriage_force_n),
+            ("carriage_torque_nm", self.carriage_torque_nm),
+            ("carriage_rate_rad_s", self.carriage_rate_rad_s),
+            ("grip_force_n", self.grip_force_n),
+        ] {
+            expect(value.is_finite() && value > 0.0, key, value, "a number greater than 0")?;
+        }
+        let fastest = CARRIAGE_STEP_RAD / self.dt_secs();
+        expect(
+            self.carriage_rate_rad_s <= fastest,
+            "carriage_rate_rad_s",
+            self.carriage_rate_rad_s,
+            format!("at most {fastest:.1} with {} substeps", self.substeps),
+        )?;
+        let is_friction = self.pad_friction.is_finite() && self.pad_friction >= 0.0;
+        expect(is_friction, "pad_friction", self.pad_friction, "a number, 0 or more")
+    }
+
     /// Length of one physics step, seconds.
     pub fn dt_secs(&self) -> f64 {
         TICK_NANOS as f64 * 1e-9 / self.substeps.max(1) as f64

@@ -77,10 +77,10 @@ fn masks_and_the_crop_do_what_they_say() {
     assert!(highest(&plain) < 0.0251 && lowest(&plain) >= 0.004);
     let with_gripper = cloud(&setup, CameraSettings { mask_gripper: false, ..noiseless() });
     assert!(highest(&with_gripper) > 0.2);
-    let with_table = cloud(&setup, CameraSettings { crop_below_m: None, ..noiseless() });
+    let with_table = cloud(&setup, CameraSettings { crop_below_m: -1.0, ..noiseless() });
     let on_the_table = |cloud: &PointCloud| cloud.points.iter().filter(|p| p[2].abs() < 1e-4).count();
     assert!(on_the_table(&with_table) > 20);
-    let below = cloud(&setup, CameraSettings { crop_below_m: Some(-0.001), ..noiseless() });
+    let below = cloud(&setup, CameraSettings { crop_below_m: -0.001, ..noiseless() });
     assert!(on_the_table(&below) > 20, "a crop below the table's top leaves the table in");
 }
 
@@ -139,7 +139,7 @@ fn a_second_view_shows_what_the_first_cannot_see() {
 fn every_task_can_be_seen_in_every_way() {
     let ways = [
         CameraSettings { selection: Selection::Farthest, ..CameraSettings::default() },
-        CameraSettings { crop_below_m: None, mask_gripper: false, ..CameraSettings::default() },
+        CameraSettings { crop_below_m: -1.0, mask_gripper: false, ..CameraSettings::default() },
         CameraSettings { second_view_rad: Some(1.2), drop_fraction: 0.3, ..CameraSettings::default() },
     ];
     for name in tasks() {

@@ -8,5 +8,6 @@ mod door;
 mod halts;
 mod painting;
 mod physics;
+mod settings;
 mod support;
 mod triangle;

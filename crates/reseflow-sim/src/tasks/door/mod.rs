@@ -20,7 +20,7 @@ pub use setup::{DoorSetup, HingeSide};
 
 /// The registered name.
 pub(crate) const NAME: &str = "door";
-/// Points per cloud, the paper's.
+/// Points per cloud unless the camera says otherwise, the paper's.
 const POINTS: usize = 128;
 /// A disturbance comes when the fingers have closed on the handle and the door moves.
 const DISTURB_BEFORE: usize = 4;
@@ -45,7 +45,7 @@ impl Task for DoorTask {
     fn spec(&self) -> TaskSpec {
         let description = "Grasp the handle bar of the cabinet's door and swing the door open by at least 50 degrees, \
                            moving it by touch alone.";
-        tabletop::spec(NAME, description, POINTS, DISTURB_BEFORE)
+        tabletop::spec(NAME, description, self.camera.points.unwrap_or(POINTS), DISTURB_BEFORE)
     }
 
     fn reset(&self, key: &EpisodeKey) -> Result<Box<dyn Scene>, TaskError> {

@@ -41,7 +41,8 @@ impl DoorScene {
         let mut world = World::new(task.physics, &setup.world_from_gripper, setup.table_color);
         let door = cabinet::insert(&mut world, &setup);
         let start = world.world_from_object(door);
-        let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), POINTS);
+        let points = task.camera.points.unwrap_or(POINTS);
+        let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), points);
         Self {
             table,
             setup,

@@ -4,7 +4,7 @@
 //! The gripper holds a brush that paints while its bristles are compressed by 1 to 10 mm; paint is red and hides what is under
 //! it. Done when 90 % of the stroke is within 10 mm of paint, the paint's 95th-percentile distance from the stroke is at
 //! most 15 mm, and the compression was in range in 95 % of the control ticks from the first to the last at which the brush
-//! painted.
+//! painted. Where it was begun does not count: the disc is where the expert begins.
 
 mod board;
 mod expert;
@@ -26,7 +26,7 @@ pub use stroke::Stroke;
 
 /// The registered name.
 pub(crate) const NAME: &str = "painting";
-/// Points per cloud, the paper's.
+/// Points per cloud unless the camera says otherwise, the paper's.
 const POINTS: usize = 256;
 /// A disturbance comes while the brush is over the board, before it touches.
 const DISTURB_BEFORE: usize = 1;
@@ -52,9 +52,9 @@ impl PaintingTask {
 
 impl Task for PaintingTask {
     fn spec(&self) -> TaskSpec {
-        let description = "Paint along the stroke that is printed on the tilted board, from the disc where it begins, so \
-                           that paint covers 90 % of it to 10 mm and hardly any lies beyond 15 mm.";
-        tabletop::spec(NAME, description, POINTS, DISTURB_BEFORE)
+        let description = "Paint along the stroke that is printed on the tilted board, from the disc where it begins or \
+                           from its other end, so that paint covers 90 % of it to 10 mm and hardly any lies beyond 15 mm.";
+        tabletop::spec(NAME, description, self.camera.points.unwrap_or(POINTS), DISTURB_BEFORE)
     }
 
     fn reset(&self, key: &EpisodeKey) -> Result<Box<dyn Scene>, TaskError> {

@@ -67,7 +67,8 @@ impl PaintingScene {
         let disc = board::discs(&[places[0].point_m], BEGINNING_RADIUS_M, 16, BEGINNING_HEIGHT_M);
         world.add_object_part("stroke_beginning", board, disc, setup.beginning_color);
 
-        let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), POINTS);
+        let points = task.camera.points.unwrap_or(POINTS);
+        let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), points);
         let paint = WetPaint::new(setup.stroke.clone());
         Ok(Self { table, setup, board, paint, watch: Watch::new(world_from_board) })
     }

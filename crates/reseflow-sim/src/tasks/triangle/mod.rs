@@ -21,7 +21,7 @@ use scene::TriangleScene;
 pub use goal::TriangleGoal;
 pub use setup::TriangleSetup;
 
-/// Points per cloud, the paper's.
+/// Points per cloud unless the camera says otherwise, the paper's.
 const POINTS: usize = 100;
 /// A disturbance comes while the gripper is over the prism, before it goes down.
 const DISTURB_BEFORE: usize = 1;
@@ -51,10 +51,15 @@ impl Task for TriangleTask {
     fn spec(&self) -> TaskSpec {
         let description = format!(
             "Grasp the flat triangle with one pad on its coloured corner and turn it {}, to 0.1 rad, its centre kept \
-             within 3 cm.",
+             within 3 cm; after a shove both count from where it lies when the gripper next touches it.",
             self.goal.wording()
         );
-        tabletop::spec(self.goal.task_name(), &description, POINTS, DISTURB_BEFORE)
+        tabletop::spec(
+            self.goal.task_name(),
+            &description,
+            self.camera.points.unwrap_or(POINTS),
+            DISTURB_BEFORE,
+        )
     }
 
     fn reset(&self, key: &EpisodeKey) -> Result<Box<dyn Scene>, TaskError> {

@@ -87,7 +87,8 @@ impl TriangleScene {
         world.add_object_part("triangle", triangle, rest, setup.body_color);
         world.add_object_part("triangle_corner", triangle, corner, setup.corner_color);
 
-        let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), POINTS);
+        let points = task.camera.points.unwrap_or(POINTS);
+        let table = Tabletop::new(world, setup.camera.clone(), task.camera, key.clone(), points);
         Ok(Self {
             table,
             setup,

@@ -7,7 +7,8 @@ use reseflow_data::{Observation, ObservationHistory, Split};
 use reseflow_lie::{SE3, SO3, Vector3, geodesic_distance};
 use reseflow_train::{FlowPolicy, TrainConfig};
 
-use crate::support::{Shelf, demonstrations, histories, tiny_training};
+use crate::sampler::the_sampler_turns_with_the_world;
+use crate::support::{Shelf, changed_history, demonstrations, histories, tiny_training};
 
 pub(crate) const SEEDS: [u64; 2] = [3407, 3408];
 
@@ -32,15 +33,6 @@ fn moved(observation: &Observation, cloud: &SE3, gripper: &SE3) -> Observation {
     moved
 }
 
-fn moved_history(history: &ObservationHistory, cloud: &SE3, gripper: &SE3) -> ObservationHistory {
-    let frames: Vec<Observation> = history.frames().map(|frame| moved(frame, cloud, gripper)).collect();
-    // The two frames stand at the end of a recording whose earlier frames nobody looks at.
-    let step = history.elapsed_steps();
-    let mut recorded = vec![frames[0].clone(); step];
-    recorded.push(frames[1].clone());
-    ObservationHistory::at_step(&recorded, step, frames.len())
-}
-
 /// D_geo between the prediction on moved scenes and the moved prediction, for every scene, seed and action, ascending.
 pub(crate) fn errors(
     policy: &FlowPolicy,
@@ -52,7 +44,9 @@ pub(crate) fn errors(
     let mut errors = Vec::new();
     for motion in motions(5) {
         let gripper = if gripper_too { motion } else { SE3::identity() };
-        let turned: Vec<_> = seen.iter().map(|history| moved_history(history, &motion, &gripper)).collect();
+        let turned: Vec<_> = (seen.iter())
+            .map(|history| changed_history(history, |frame| moved(frame, &motion, &gripper)))
+            .collect();
         let drawn = policy.predict(&turned, &SEEDS, steps).unwrap();
         for (before, after) in plain.iter().flatten().zip(drawn.iter().flatten()) {
             for (before, after) in before.consensus.iter().zip(after.consensus.iter()) {
@@ -92,4 +86,9 @@ fn a_moved_scene_gives_the_moved_trajectory_of_a_trained_policy() {
         println!("{steps} steps, gripper left behind: median {median:.2e}");
         assert!(median > 1e-2, "{steps} steps: moving the cloud alone changes too little: {median}");
     }
+}
+
+#[test]
+fn the_whole_sampler_turns_with_the_world_to_rounding() {
+    the_sampler_turns_with_the_world(1e-5);
 }

@@ -11,6 +11,7 @@ mod reflow;
 mod regressor;
 mod replacement;
 mod resume;
+mod sampler;
 mod schedule;
 mod support;
 mod twists;

@@ -58,6 +58,19 @@ pub enum TrainError {
         /// The windows in it.
         windows: Vec<Window>,
     },
+    /// Something in a batch cannot be learned from.
+    #[error("{fault}: shard {shard} of update {update} held (episode, step) {}", list(.windows))]
+    Batch {
+        /// What was refused.
+        #[source]
+        fault: Box<TrainError>,
+        /// The update, from 1.
+        update: usize,
+        /// The part of the batch, from 0.
+        shard: usize,
+        /// The windows in it.
+        windows: Vec<Window>,
+    },
     /// There is nothing to learn from.
     #[error("the data set holds no episode")]
     NoData,

@@ -261,7 +261,13 @@ fn shard<M: Trainable>(
     let parts = train.accumulate * train.shards;
     let mut rng = random_stream(train.seed, (update * parts + part) as u64);
     let mut windows = Vec::new();
-    let loss = M::shard_loss(net, request, device, &mut rng, &mut windows)?.div_scalar(parts as f64);
+    let loss = match M::shard_loss(net, request, device, &mut rng, &mut windows) {
+        Ok(loss) => loss.div_scalar(parts as f64),
+        Err(fault @ (TrainError::Net(_) | TrainError::Observation(_))) => {
+            return Err(TrainError::Batch { fault: Box::new(fault), update, shard: part, windows });
+        }
+        Err(fault) => return Err(fault),
+    };
     let value = loss.clone().into_scalar::<f64>();
     if !value.is_finite() {
         return Err(TrainError::Diverged { what: "loss", update, shard: part, windows });

@@ -27,6 +27,7 @@ pub fn about_data(path: &Path, validation: Option<&Path>, error: anyhow::Error) 
         Some(
             TrainError::Net(_)
             | TrainError::Observation(_)
+            | TrainError::Batch { .. }
             | TrainError::NoData
             | TrainError::NoActions { .. },
         ) => path,

@@ -114,7 +114,7 @@ fn weights_of_another_network_are_refused_by_name() {
         ("layers = 1", "layers = 2", "`encoder.convolutions.1.edge.bias` is missing, and 9 more"),
         ("layers = 1", "layers = 0", "`encoder.convolutions.0.edge.bias` is unknown, and 9 more"),
         ("nodes = 2", "nodes = 3", "`encoder.heat_map.logits.weight` has the shape [16, 2]"),
-        ("token_scalars = 16", "token_scalars = 17", "expected [50, 17]"),
+        ("token_scalars = 16", "token_scalars = 20", "has the shape [50, 16], expected [50, 20]"),
         ("frames = 2", "frames = 3", "`decoder.context.frame_embedding`"),
         ("horizon = 10", "horizon = 9", "`decoder.step_embedding` has the shape [10, 16], expected [9, 16]"),
     ] {

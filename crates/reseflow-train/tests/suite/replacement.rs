@@ -28,7 +28,7 @@ fn a_run_that_fails_leaves_the_old_checkpoint_and_no_litter() {
     let cases: [(&str, &TrainConfig, &Dataset, Option<&Dataset>, &str); 8] = [
         ("an impossible batch", &uneven, &good, None, "train.batch_size"),
         ("NaN among the points", &config, &nan_points, None, "point 7"),
-        ("NaN among the actions", &config, &nan_actions, None, "loss of update 1 is not finite"),
+        ("NaN among the actions", &config, &nan_actions, None, "token 0 is not finite: shard "),
         ("no episode", &config, &empty, None, "no episode"),
         ("an episode without actions", &config, &no_actions, None, "episode 1"),
         ("NaN in validation, after the last update", &config, &good, Some(&nan_points), "point 7"),

@@ -73,7 +73,7 @@ fn accumulated_batches_are_the_same_update_as_one_batch_in_as_many_shards() {
 }
 
 #[test]
-fn a_loss_that_is_no_number_is_reported_with_the_windows_of_its_shard() {
+fn an_action_that_is_no_number_is_reported_with_the_windows_of_its_shard() {
     let shelf = Shelf::new();
     let mut data = demonstrations(Split::Train, 3);
     for action in &mut data.episodes[2].actions {
@@ -83,7 +83,10 @@ fn a_loss_that_is_no_number_is_reported_with_the_windows_of_its_shard() {
     let fault = shelf.train("policy", &config, &data, None).unwrap_err().to_string();
     println!("{fault}");
     // One window in each shard, so the one that is named is the one that is to blame.
-    assert!(fault.contains("loss of update ") && fault.contains("(2, 0)"), "{fault}");
+    assert!(
+        fault.contains("not finite") && fault.contains(" of update ") && fault.contains("(2, 0)"),
+        "{fault}"
+    );
     assert!(!fault.contains("(0, 0)") && !fault.contains("(1, 0)"), "{fault}");
     assert!(shelf.names().is_empty(), "{:?}", shelf.names());
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use reseflow_data::{Action, Dataset, DatasetMeta, Split, Task};
-use reseflow_sim::{GenerateRequest, generate};
+use reseflow_sim::{CameraSettings, GenerateRequest, generate};
 use serde::Serialize;
 
 use crate::error::bad_input;
@@ -11,7 +11,7 @@ use crate::metrics::wilson_interval;
 use crate::rollouts::{Actor, RolloutRequest, Script, Witness, run_episodes};
 
 /// Which demonstrations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DemonstrationRequest {
     /// The split.
     pub split: Split,
@@ -19,6 +19,8 @@ pub struct DemonstrationRequest {
     pub seed: u64,
     /// Episodes E.
     pub episodes: usize,
+    /// The camera that the task has, for `meta`.
+    pub camera: CameraSettings,
 }
 
 /// How many stored episodes succeed when their actions are played again.
@@ -46,7 +48,7 @@ pub fn record(
     let generated =
         generate(task, &GenerateRequest::new(request.split, request.seed, request.episodes), progress)?;
     let spec = task.spec();
-    let meta = DatasetMeta {
+    let mut meta = DatasetMeta {
         task: spec.name.clone(),
         split: Some(request.split),
         seeds: generated.keys,
@@ -55,6 +57,9 @@ pub fn record(
         config: serde_json::to_value(&spec)?,
         ..DatasetMeta::default()
     };
+    if !request.camera.is_default() {
+        meta.extra.insert("camera".to_owned(), serde_json::to_value(request.camera)?);
+    }
     Ok(Dataset { episodes: generated.episodes, meta: Some(meta) })
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use reseflow_data::Split;
 
-use super::SolverArgs;
+use super::{CameraArgs, SolverArgs};
 use crate::config::{Override, UNIMODAL_D_GEO};
 
 /// Simulate, train, evaluate and look at SE(3)-equivariant rectified-flow policies.
@@ -101,7 +101,10 @@ pub enum DeviceArg {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   reseflow gen --task triangle --episodes 500 --seed 1 --out train.npz
-  reseflow gen --task triangle --episodes 50 --seed 1 --split test --out test.npz --preview test.png --verify-replay")]
+  reseflow gen --task triangle --episodes 50 --seed 1 --split test --out test.npz --preview test.png --verify-replay
+  reseflow gen --task door --episodes 50 --seed 1 --out far.npz --camera points=64 --camera selection=farthest
+
+The camera's settings are written into the data set's `meta`; in a configuration they are the table `data.camera`.")]
 pub struct GenArgs {
     /// The task's name
     #[arg(long)]
@@ -115,6 +118,9 @@ pub struct GenArgs {
     /// Splits never share an episode, whatever the seeds
     #[arg(long, value_enum, default_value_t = SplitArg::Train)]
     pub split: SplitArg,
+    /// How frames are made
+    #[command(flatten)]
+    pub camera: CameraArgs,
     /// The data set to write (an older file is replaced once the new one is complete)
     #[arg(long, value_name = "FILE.npz")]
     pub out: PathBuf,
@@ -288,6 +294,7 @@ pub struct EvalArgs {
   reseflow rollout --policy expert --task triangle --episodes 100 --seed 1 --steps 1 --out expert.json
   reseflow rollout --policy runs/mine --task triangle --episodes 50 --seed 1 --steps 1 --mcap log.mcap --out mine.json
   reseflow rollout --policy runs/mine --task triangle --episodes 50 --seed 1 --steps 5 --solver heun --out heun.json
+  reseflow rollout --policy runs/mine --task door --episodes 50 --seed 1 --camera points=64 --out few-points.json
 
 A policy whose checkpoint says that it has learned another task is refused, unless --any-task is given.")]
 pub struct RolloutArgs {
@@ -315,6 +322,9 @@ pub struct RolloutArgs {
     /// Which part of the task's distribution
     #[arg(long, value_enum, default_value_t = SplitArg::Test)]
     pub split: SplitArg,
+    /// How frames are made
+    #[command(flatten)]
+    pub camera: CameraArgs,
     /// Actions executed before the policy looks and plans again
     #[arg(long, default_value = "3", value_parser = positive)]
     pub n_action_steps: usize,

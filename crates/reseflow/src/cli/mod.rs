@@ -1,6 +1,7 @@
 //! The command line: raw arguments in, checked options out.
 
 mod args;
+mod camera;
 mod parse;
 mod solver;
 
@@ -8,5 +9,6 @@ pub use args::{
     Cli, Command, DeviceArg, EvalArgs, GenArgs, InspectArgs, PredictArgs, ReflowArgs, RolloutArgs, RunArgs,
     SplitArg, TrainArgs,
 };
+pub use camera::CameraArgs;
 pub use parse::{Parsed, parse};
 pub use solver::SolverArgs;

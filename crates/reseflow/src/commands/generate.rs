@@ -23,12 +23,14 @@ struct GenReport {
 
 /// Runs the command.
 pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()> {
-    let task = find_split_task(&args.task, args.split)?;
+    let camera = args.camera.settings()?;
+    let task = find_split_task(&args.task, args.split, camera)?;
     let previews: Vec<&Path> = args.preview.iter().map(PathBuf::as_path).collect();
     let out = OutputFile::claim_apart(&args.out, &previews)?;
     let preview = args.preview.as_deref().map(PreviewFiles::claim).transpose()?;
 
-    let request = DemonstrationRequest { split: args.split.into(), seed: args.seed, episodes: args.episodes };
+    let (split, seed, episodes) = (args.split.into(), args.seed, args.episodes);
+    let request = DemonstrationRequest { split, seed, episodes, camera };
     let progress = terminal.progress("episodes", args.episodes as u64);
     let mut dataset = demonstrations::record(task.as_ref(), &request, &|| progress.advance())?;
     let secs = progress.finish();
@@ -67,7 +69,7 @@ pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()>
         attempts_dropped: dataset.meta.as_ref().map_or(0, |meta| meta.attempts_dropped),
         secs,
         replay,
-        preview: args.preview.as_ref().map(|path| path.display().to_string()),
+        preview: args.preview.as_deref().map(PreviewFiles::names),
     };
     terminal.say(report.table());
     terminal.machine(&report)
@@ -88,7 +90,7 @@ impl GenReport {
             table.fact("replayed open loop", text);
         }
         if let Some(preview) = &self.preview {
-            table.fact("picture", preview);
+            table.fact("picture, film", preview);
         }
         table
     }

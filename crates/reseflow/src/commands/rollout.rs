@@ -17,7 +17,8 @@ use reseflow_train::DeviceKind;
 
 /// Runs the command.
 pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result<()> {
-    let task = find_split_task(&args.task, args.split)?;
+    let camera = args.camera.settings()?;
+    let task = find_split_task(&args.task, args.split, camera)?;
     let device: DeviceKind = args.device.into();
     let choice = args.solver.choice(args.steps.is_some())?;
     let mut learned = match args.policy.as_str() {
@@ -53,7 +54,8 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
     let provenance = Provenance::gather(&format!("{device:?}").to_lowercase());
     let split = args.split.to_string();
     let mut report =
-        RolloutReport::new(&args.policy, solver.as_ref(), &args.task, &split, &request, &results, provenance);
+        RolloutReport::new(&args.policy, solver.as_ref(), &args.task, &split, &request, &results, provenance)
+            .under_camera(camera);
     if let Some(checkpoint) = checkpoint {
         report = report.of_checkpoint(checkpoint);
     }

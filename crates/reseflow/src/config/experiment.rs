@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use reseflow_sim::CameraSettings;
 use reseflow_train::{BaselineConfig, DeviceKind, ModelConfig, ReflowConfig, TrainConfig};
 
 use super::SolverChoice;
@@ -54,6 +55,9 @@ pub struct DataConfig {
     pub test_episodes: usize,
     /// The seed of all three; splits never share an episode.
     pub seed: u64,
+    /// How the camera's frames are made, in the rollouts as well.
+    #[serde(skip_serializing_if = "CameraSettings::is_default")]
+    pub camera: CameraSettings,
 }
 
 /// How a policy is scored.
@@ -111,7 +115,13 @@ impl Default for ExperimentConfig {
 
 impl Default for DataConfig {
     fn default() -> Self {
-        Self { train_episodes: 500, validation_episodes: 20, test_episodes: 50, seed: 1 }
+        Self {
+            train_episodes: 500,
+            validation_episodes: 20,
+            test_episodes: 50,
+            seed: 1,
+            camera: CameraSettings::default(),
+        }
     }
 }
 
@@ -192,6 +202,7 @@ impl ExperimentConfig {
         for (table, solver) in [("eval", self.eval.solver), ("rollout", self.rollout.solver)] {
             solver.validate().map_err(|fault| format!("`{table}.solver`: {fault}"))?;
         }
+        self.data.camera.validate().map_err(|fault| format!("`data.camera`: {fault}"))?;
         let unimodal = self.eval.unimodal_d_geo;
         if !(unimodal.is_finite() && unimodal > 0.0) {
             return Err(format!("`eval.unimodal_d_geo` is {unimodal}, expected a number greater than 0"));
@@ -323,6 +334,7 @@ mod tests {
             ("rollout.steps=0", "rollout.steps"),
             ("rollout.picture_episodes=0", "rollout.picture_episodes"),
             ("output=", "output"),
+            ("data.camera.drop_fraction=2", "data.camera"),
             ("name=../elsewhere", "name"),
             ("eval.unimodal_d_geo=0", "eval.unimodal_d_geo"),
             ("eval.solver={kind=\"heun\", rtol=1e-3}", "eval.solver"),

@@ -1,17 +1,42 @@
-//! `--set train.batch_size=8`: a key of a configuration, overridden on the command line.
+//! `--set train.batch_size=8`, `--camera points=64`: a key of a configuration, overridden on the command line.
 
 use std::str::FromStr;
 
 use toml::{Table, Value};
 
-/// One `--set PATH=VALUE`.
+/// One `--set PATH=VALUE`, or another option of that form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Override {
+    flag: &'static str,
     path: Vec<String>,
     value: Value,
 }
 
 impl Override {
+    /// Reads `a.b=VALUE` as given to the option `flag`; `example` is quoted where it is not of that form.
+    ///
+    /// VALUE is TOML (`8`, `1e-3`, `true`, `[1, 2]`, `"text"`); what is not TOML is taken as text.
+    ///
+    /// # Errors
+    /// A sentence that says what was expected.
+    pub fn read(text: &str, flag: &'static str, example: &str) -> Result<Self, String> {
+        let expected = || format!("expected KEY=VALUE, for example {example}, got `{text}`");
+        let (key, value) = text.split_once('=').ok_or_else(expected)?;
+        let path: Vec<String> = key.trim().split('.').map(|part| part.trim().to_owned()).collect();
+        if path.iter().any(String::is_empty) {
+            return Err(expected());
+        }
+        let value = value.trim();
+        let parsed = toml::from_str::<Table>(&format!("value = {value}")).ok();
+        let parsed = parsed.and_then(|mut table| table.remove("value"));
+        Ok(Self { flag, path, value: parsed.unwrap_or_else(|| Value::String(value.to_owned())) })
+    }
+
+    /// What messages call it: the option and the dotted key.
+    pub fn place(&self) -> String {
+        format!("{} {}", self.flag, self.key())
+    }
+
     /// The dotted key.
     pub fn key(&self) -> String {
         self.path.join(".")
@@ -28,7 +53,7 @@ impl Override {
             let entry = table.entry(parent.clone()).or_insert_with(|| Value::Table(Table::new()));
             table = entry.as_table_mut().ok_or_else(|| {
                 let parent = self.path[..=depth].join(".");
-                format!("--set {}: `{parent}` is a value, not a table with keys", self.key())
+                format!("{}: `{parent}` is a value, not a table with keys", self.place())
             })?;
         }
         table.insert(last.clone(), self.value.clone());
@@ -39,23 +64,10 @@ impl Override {
 impl FromStr for Override {
     type Err = String;
 
-    /// Reads `a.b=VALUE`. VALUE is TOML (`8`, `1e-3`, `true`, `[1, 2]`, `"text"`); what is not TOML is taken as text.
+    /// Reads what was given to `--set`, as [`Override::read`].
     fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || format!("expected KEY=VALUE, for example train.batch_size=8, got `{text}`");
-        let (key, value) = text.split_once('=').ok_or_else(expected)?;
-        let path: Vec<String> = key.trim().split('.').map(|part| part.trim().to_owned()).collect();
-        if path.iter().any(String::is_empty) {
-            return Err(expected());
-        }
-        let value = value.trim();
-        let parsed = toml::from_str::<Table>(&format!("value = {value}")).ok();
-        let value = parsed.and_then(|mut table| table.remove("value"));
-        Ok(Self { path, value: value.unwrap_or_else(|| Value::String(text_after_equals(text))) })
+        Self::read(text, "--set", "train.batch_size=8")
     }
-}
-
-fn text_after_equals(text: &str) -> String {
-    text.split_once('=').map(|(_, value)| value.trim().to_owned()).unwrap_or_default()
 }
 
 #[cfg(test)]

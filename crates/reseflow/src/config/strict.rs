@@ -112,7 +112,7 @@ fn locate(path: &[String], text: &str, place: &str, overrides: &[Override]) -> S
     if let Some(item) =
         overrides.iter().rev().find(|item| key == item.key() || item.key().starts_with(&format!("{key}.")))
     {
-        return format!("--set {}", item.key());
+        return item.place();
     }
     match line_of_key(path, text) {
         Some(line) => format!("{place}:{line}"),

@@ -25,7 +25,7 @@ use crate::rollouts::find_task;
 /// Bad input before anything is done; later, what a stage reports. Finished stages stay finished.
 pub fn run(config: &ExperimentConfig, fresh: bool, terminal: &Terminal) -> anyhow::Result<RunSummary> {
     let started = Instant::now();
-    let task = find_task(&config.task)?;
+    let task = find_task(&config.task, config.data.camera)?;
     let layout = Layout::new(config.folder());
     for folder in layout.folders() {
         OutputFolder::claim(&folder)?;

@@ -44,7 +44,7 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
 
     let mut data_stage = |split: Split, episodes: usize| {
         let file = layout.data(&split.to_string());
-        let inputs = json!([config.task, split, config.data.seed, episodes]);
+        let inputs = json!([config.task, split, config.data.seed, episodes, config.data.camera]);
         stage(&format!("data-{split}"), inputs, &[file], &mut || context.record(split, episodes))
     };
     let train_data = data_stage(Split::Train, config.data.train_episodes)?;
@@ -90,7 +90,8 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
         stage(&learner.name("eval"), inputs, &outputs, &mut || context.eval(*learner))?;
     }
 
-    let inputs = json!([last, config.task, config.data.seed, config.rollout, config.device]);
+    let inputs =
+        json!([last, config.task, config.data.seed, config.data.camera, config.rollout, config.device]);
     let outputs = [layout.rollout(), layout.log(), layout.picture("episodes")];
     stage("rollout", inputs, &outputs, &mut || context.rollout())?;
     Ok(runs)
@@ -98,7 +99,8 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
 
 impl Context<'_> {
     fn record(&self, split: Split, episodes: usize) -> anyhow::Result<()> {
-        let request = DemonstrationRequest { split, seed: self.config.data.seed, episodes };
+        let data = &self.config.data;
+        let request = DemonstrationRequest { split, seed: data.seed, episodes, camera: data.camera };
         let progress = self.terminal.progress(&format!("data, {split}"), episodes as u64);
         let dataset = record(self.task, &request, &|| progress.advance())?;
         progress.finish();
@@ -233,7 +235,8 @@ impl Context<'_> {
         let name = checkpoint.display().to_string();
         let (task, split) = (&self.config.task, Split::Test.to_string());
         let report = RolloutReport::new(&name, Some(&solver), task, &split, &request, &results, provenance)
-            .of_checkpoint(&checkpoint);
+            .of_checkpoint(&checkpoint)
+            .under_camera(self.config.data.camera);
         OutputFile::claim(&self.layout.rollout())?.write_json(&report)
     }
 

@@ -15,6 +15,7 @@ pub use witness::Witness;
 use std::path::Path;
 
 use reseflow_data::Task;
+use reseflow_sim::{CameraSettings, PhysicsSettings, SimError, configured_task, tasks};
 
 use crate::cli::SplitArg;
 use crate::config::nearest;
@@ -27,28 +28,27 @@ pub const PREVIEW_EPISODES: usize = 4;
 /// The first noise seed, as in the paper.
 pub const FIRST_SEED: u64 = 3407;
 
-/// The registered task of this name.
+/// The registered task of this name under `camera`.
 ///
 /// # Errors
-/// Bad input that lists the known tasks.
-pub fn find_task(name: &str) -> anyhow::Result<Box<dyn Task>> {
-    reseflow_sim::task(name).ok_or_else(|| {
-        let known = reseflow_sim::tasks();
-        let hint = nearest(name, known.iter().copied()).map(|near| format!("; did you mean `{near}`?"));
-        bad_input(format!(
-            "unknown task `{name}`, expected one of {}{}",
-            known.join(", "),
-            hint.unwrap_or_default()
-        ))
+/// Bad input that lists the known tasks, or names the setting of the camera that cannot be.
+pub fn find_task(name: &str, camera: CameraSettings) -> anyhow::Result<Box<dyn Task>> {
+    configured_task(name, PhysicsSettings::default(), camera).map_err(|fault| {
+        let near = match fault {
+            SimError::UnknownTask { .. } => nearest(name, tasks().iter().copied()),
+            _ => None,
+        };
+        let hint = near.map(|near| format!("; did you mean `{near}`?"));
+        bad_input(format!("{fault}{}", hint.unwrap_or_default()))
     })
 }
 
-/// The registered task of this name, as the split wants it.
+/// The registered task of this name under `camera`, as the split wants it.
 ///
 /// # Errors
 /// As [`find_task`].
-pub fn find_split_task(name: &str, split: SplitArg) -> anyhow::Result<Box<dyn Task>> {
-    let task = find_task(name)?;
+pub fn find_split_task(name: &str, split: SplitArg, camera: CameraSettings) -> anyhow::Result<Box<dyn Task>> {
+    let task = find_task(name, camera)?;
     Ok(if split == SplitArg::Turned { Box::new(TurnedTask(task)) } else { task })
 }
 
@@ -69,6 +69,11 @@ impl PreviewFiles {
             return Err(bad_input(format!("{}: expected the name of a PNG picture", path.display())));
         }
         Ok(Self { strip: OutputFile::claim(path)?, film: OutputFile::claim(&film)? })
+    }
+
+    /// The names of both, as messages show them.
+    pub fn names(path: &Path) -> String {
+        format!("{}, {}", path.display(), path.with_extension("gif").display())
     }
 
     /// Draws the pictures.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use reseflow_sim::CameraSettings;
 use reseflow_train::Solver;
 use serde::{Deserialize, Serialize};
 
@@ -92,6 +93,9 @@ pub struct RolloutReport {
     pub n_action_steps: usize,
     /// Whether the object was pushed in mid-episode.
     pub disturbed: bool,
+    /// The settings of the camera, where they are not the task's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraSettings>,
     /// Each episode.
     pub outcomes: Vec<EpisodeLine>,
     /// The checkpoint's whole configuration: its task, its model and how it was trained; `null` where nothing was learned.
@@ -141,6 +145,7 @@ impl RolloutReport {
             solver: solver.map(|solver| solver.name().to_owned()),
             n_action_steps: request.n_action_steps,
             disturbed: request.disturb,
+            camera: None,
             outcomes: results.iter().map(EpisodeLine::of).collect(),
             config: serde_json::Value::Null,
             provenance,
@@ -150,6 +155,12 @@ impl RolloutReport {
     /// With the configuration that lies in the checkpoint's folder.
     pub fn of_checkpoint(mut self, checkpoint: &Path) -> Self {
         self.config = checkpoint_config(checkpoint);
+        self
+    }
+
+    /// With the camera that the task had.
+    pub fn under_camera(mut self, camera: CameraSettings) -> Self {
+        self.camera = (!camera.is_default()).then_some(camera);
         self
     }
 

@@ -3,6 +3,7 @@
 
 mod bad_checkpoints;
 mod bad_input;
+mod camera;
 mod choices;
 mod pipeline;
 mod policies;

@@ -17,6 +17,7 @@ fn demonstrations_are_recorded_replayed_inspected_and_repeatable() {
     assert_eq!(report["replay"]["successes"], 6, "stored actions replay: {report}");
     let png = fs::read(bench.path("a.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
+    assert_eq!(report["preview"], "a.png, a.gif");
     let gif = fs::read(bench.path("a.gif")).unwrap();
     assert!(gif.starts_with(b"GIF89a") && gif.len() > 10_000);
 

@@ -229,3 +229,14 @@ fn a_shoved_board_slides_and_takes_its_stroke_along() {
         assert!((board(scene.as_ref()).translation - resting.translation).norm() < 1e-4, "friction stops it");
     }
 }
+
+#[test]
+fn a_stroke_may_be_painted_from_either_end() {
+    let task = PaintingTask::default();
+    for index in 0..3 {
+        let mut actions = run(&task, &name(index), None).episode.actions;
+        actions.reverse();
+        let outcome = run(&task, &name(index), Some(&mut Scripted::new("backwards", actions))).outcome;
+        assert!(outcome.success, "episode {index}: {outcome:?}");
+    }
+}

@@ -82,7 +82,7 @@ fn one_configuration_gives_one_checkpoint_and_another_seed_another() {
 }
 
 #[test]
-fn what_cannot_be_trained_is_refused_and_a_loss_that_is_no_number_is_reported() {
+fn what_cannot_be_trained_is_refused_and_a_number_that_is_none_is_reported_with_its_windows() {
     let shelf = Shelf::new();
     let data = demonstrations(Split::Train, 1);
     let good = tiny_training(1);
@@ -100,7 +100,7 @@ fn what_cannot_be_trained_is_refused_and_a_loss_that_is_no_number_is_reported() 
     broken.episodes[0].actions[4].opening = f64::NAN;
     let train = TrainConfig { updates: 50, ..good };
     let fault = shelf.train("never", &tiny_config(), &train, &broken, None).unwrap_err();
-    let TrainError::Diverged { windows, .. } = &fault else { panic!("{fault}") };
+    let TrainError::Batch { windows, .. } = &fault else { panic!("{fault}") };
     assert!(!windows.is_empty(), "{fault}");
     assert!(!shelf.path("never").exists());
 }

@@ -71,8 +71,8 @@ pub(crate) fn shard_loss(
     let TrainRequest { model, train, demonstrations: data, mixture, .. } = *request;
     let decoder = &model.network.decoder;
     let count = train.batch_size / train.shards;
-    let (mut scenes, mut noisy, mut targets, mut velocities, mut weights, mut times) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut scenes, mut noisy, mut ends, mut weights, mut times) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for _ in 0..count {
         let mixed = mixture.map(|mixture| mixture.draw(data, train.first_window_share, rng)).transpose()?;
         let window = mixed.as_ref().map_or_else(|| draw_window(data, train, rng), |mixed| mixed.window);
@@ -89,10 +89,9 @@ pub(crate) fn shard_loss(
         };
         let t = if model.regression { 0.0 } else { train.time.sample(rng) };
         noisy.push(model.path.at(&noise, &clean, t)?);
-        velocities.push(model.path.velocity(&noise, &clean, t)?);
         times.push(t);
         weights.extend(scene.weights.iter().copied());
-        targets.push(clean);
+        ends.push((noise, clean));
         scenes.push(scene);
     }
     let seen: Vec<Seen<'_>> = scenes.iter().map(Scene::seen).collect();
@@ -113,6 +112,7 @@ pub(crate) fn shard_loss(
     Ok(match decoder.parameterisation {
         Parameterisation::Endpoint => {
             let prediction = net.decode(&context, &batch)?;
+            let targets: Vec<ActionChunk> = ends.into_iter().map(|(_, clean)| clean).collect();
             endpoint_loss(
                 &EndpointTargets {
                     rotations: prediction.rotations,
@@ -130,10 +130,13 @@ pub(crate) fn shard_loss(
         }
         Parameterisation::Twist => {
             let prediction = net.decode_twists(&context, &batch)?;
+            let velocities: Result<Vec<_>, _> = (ends.iter().zip(&times))
+                .map(|((noise, clean), &t)| model.path.velocity(noise, clean, t))
+                .collect();
             twist_loss(
                 &TwistTargets { twists: prediction.twists, openings: prediction.openings },
                 prediction.node_twists,
-                &twist_tensors(&velocities, device),
+                &twist_tensors(&velocities?, device),
                 &judged,
                 &train.objective,
             )

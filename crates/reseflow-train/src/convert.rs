@@ -4,7 +4,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use reseflow_data::{Action, ActionChunk, Observation};
 use reseflow_flow::{ActionVelocity, ChunkVelocity, EndpointTargets, TwistTargets};
 use reseflow_lie::{BodyTwist, Matrix3, SE3, SO3, Vector3};
-use reseflow_net::{CloudGraph, EndpointPrediction, GraphConfig, GripperState, TwistPrediction};
+use reseflow_net::{CloudGraph, EndpointPrediction, GraphConfig, GripperState, NetError, TwistPrediction};
 
 use crate::TrainError;
 
@@ -23,25 +23,10 @@ pub(crate) fn tokens(chunk: &ActionChunk) -> Vec<GripperState> {
     chunk.iter().map(|action| token(&action.world_from_gripper, action.opening)).collect()
 }
 
-/// Farther away than any scene reaches, metres; its square is far from what a float of 32 bits can hold.
-const FARTHEST_M: f64 = 1e6;
-
 /// The graph of an observation's cloud.
-pub(crate) fn graph(observation: &Observation, config: &GraphConfig) -> Result<CloudGraph, TrainError> {
-    let gripper_m: [f64; 3] = observation.world_from_gripper.translation.into();
+pub(crate) fn graph(observation: &Observation, config: &GraphConfig) -> Result<CloudGraph, NetError> {
     let points: Vec<[f64; 3]> = observation.cloud.points.iter().map(|point| point.map(f64::from)).collect();
-    // What is not finite is the network's to refuse.
-    let far = |place: &[f64; 3]| place.iter().any(|value| value.is_finite() && value.abs() > FARTHEST_M);
-    let what = match points.iter().position(far) {
-        Some(index) => Some(format!("point {index}")),
-        None => far(&gripper_m).then(|| "the gripper".to_owned()),
-    };
-    if let Some(what) = what {
-        let fault =
-            format!("{what} lies more than {FARTHEST_M:e} m from the origin, expected a scene in metres");
-        return Err(TrainError::Observation(fault));
-    }
-    Ok(CloudGraph::build(&points, &observation.cloud.colors, config)?)
+    CloudGraph::build(&points, &observation.cloud.colors, config)
 }
 
 /// A prediction on the host.

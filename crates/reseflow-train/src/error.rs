@@ -13,9 +13,6 @@ pub enum TrainError {
     /// The network refused its input.
     #[error(transparent)]
     Net(#[from] reseflow_net::NetError),
-    /// An observation that no scene looks like.
-    #[error("{0}")]
-    Observation(String),
     /// The flow refused its input.
     #[error(transparent)]
     Flow(#[from] reseflow_flow::FlowError),

@@ -263,7 +263,7 @@ fn shard<M: Trainable>(
     let mut windows = Vec::new();
     let loss = match M::shard_loss(net, request, device, &mut rng, &mut windows) {
         Ok(loss) => loss.div_scalar(parts as f64),
-        Err(fault @ (TrainError::Net(_) | TrainError::Observation(_))) => {
+        Err(fault @ TrainError::Net(_)) => {
             return Err(TrainError::Batch { fault: Box::new(fault), update, shard: part, windows });
         }
         Err(fault) => return Err(fault),

@@ -25,11 +25,7 @@ pub fn about_data(path: &Path, validation: Option<&Path>, error: anyhow::Error) 
     let sentence = sentence(&error);
     let place = match error.downcast_ref::<TrainError>() {
         Some(
-            TrainError::Net(_)
-            | TrainError::Observation(_)
-            | TrainError::Batch { .. }
-            | TrainError::NoData
-            | TrainError::NoActions { .. },
+            TrainError::Net(_) | TrainError::Batch { .. } | TrainError::NoData | TrainError::NoActions { .. },
         ) => path,
         Some(TrainError::Validation(_)) => validation.unwrap_or(path),
         _ => return error,

@@ -26,29 +26,37 @@ pub(crate) trait Element: Copy + Default {
     fn encode(self, bytes: &mut Vec<u8>);
 }
 
-impl Element for f32 {
-    const DTYPE: &'static str = "float32";
-    const DESCR: &'static str = "<f4";
-    const SIZE: usize = 4;
+/// Numbers of four bytes, in either order.
+macro_rules! element_of_four_bytes {
+    ($number:ty, $dtype:literal, $little:literal, $big:literal) => {
+        impl Element for $number {
+            const DTYPE: &'static str = $dtype;
+            const DESCR: &'static str = $little;
+            const SIZE: usize = 4;
 
-    fn endianness(descr: &str) -> Option<bool> {
-        match descr {
-            "<f4" => Some(false),
-            ">f4" => Some(true),
-            _ => None,
+            fn endianness(descr: &str) -> Option<bool> {
+                match descr {
+                    $little => Some(false),
+                    $big => Some(true),
+                    _ => None,
+                }
+            }
+
+            fn decode(bytes: &[u8], big_endian: bool) -> Self {
+                let mut word = [0; 4];
+                word.copy_from_slice(bytes);
+                if big_endian { Self::from_be_bytes(word) } else { Self::from_le_bytes(word) }
+            }
+
+            fn encode(self, bytes: &mut Vec<u8>) {
+                bytes.extend_from_slice(&self.to_le_bytes());
+            }
         }
-    }
-
-    fn decode(bytes: &[u8], big_endian: bool) -> Self {
-        let mut word = [0; 4];
-        word.copy_from_slice(bytes);
-        if big_endian { Self::from_be_bytes(word) } else { Self::from_le_bytes(word) }
-    }
-
-    fn encode(self, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(&self.to_le_bytes());
-    }
+    };
 }
+
+element_of_four_bytes!(f32, "float32", "<f4", ">f4");
+element_of_four_bytes!(i32, "int32", "<i4", ">i4");
 
 impl Element for u8 {
     const DTYPE: &'static str = "uint8";
@@ -65,30 +73,6 @@ impl Element for u8 {
 
     fn encode(self, bytes: &mut Vec<u8>) {
         bytes.push(self);
-    }
-}
-
-impl Element for i32 {
-    const DTYPE: &'static str = "int32";
-    const DESCR: &'static str = "<i4";
-    const SIZE: usize = 4;
-
-    fn endianness(descr: &str) -> Option<bool> {
-        match descr {
-            "<i4" => Some(false),
-            ">i4" => Some(true),
-            _ => None,
-        }
-    }
-
-    fn decode(bytes: &[u8], big_endian: bool) -> Self {
-        let mut word = [0; 4];
-        word.copy_from_slice(bytes);
-        if big_endian { Self::from_be_bytes(word) } else { Self::from_le_bytes(word) }
-    }
-
-    fn encode(self, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(&self.to_le_bytes());
     }
 }
 

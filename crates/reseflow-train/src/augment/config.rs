@@ -18,7 +18,8 @@ pub struct AugmentConfig {
     pub scale_std: f64,
     /// Largest turn of all colours about the grey axis, as a share of the whole circle; the turn is drawn uniformly from both sides.
     pub hue_shift: f64,
-    /// Standard deviation of the gripper's turn about each of its axes, radian; the actions stay where they are.
+    /// Standard deviation of the gripper's turn about each of its axes, radian; the actions stay where they are. Never such that the
+    /// gripper closes across the next action, where an expert might take the other half-turn.
     pub gripper_std_rad: f64,
     /// Standard deviation of the gripper's shift along each of its axes, metres; the actions stay where they are.
     pub gripper_std_m: f64,
@@ -33,17 +34,7 @@ pub struct AugmentConfig {
 
 impl Default for AugmentConfig {
     fn default() -> Self {
-        Self {
-            jitter_m: 0.001,
-            drop_points: 0.0,
-            scale_std: 0.0,
-            hue_shift: 0.0,
-            gripper_std_rad: 0.0,
-            gripper_std_m: 0.0,
-            bend_std: 0.0,
-            mirror_share: 0.0,
-            half_turn_share: 0.0,
-        }
+        Self { jitter_m: 0.001, ..Self::NONE }
     }
 }
 

@@ -4,7 +4,9 @@ use rand::{Rng, RngExt};
 use rayon::prelude::*;
 use reseflow_data::{Action, Halt, Scene, SceneBody, Split, Task};
 use reseflow_lie::{SE3, SO3, Vector3};
-use reseflow_sim::{TriangleSetup, TriangleTask, task, tasks};
+use reseflow_sim::{
+    DoorSetup, DoorTask, PaintingSetup, PaintingTask, TriangleSetup, TriangleTask, task, tasks,
+};
 
 use crate::support::key;
 
@@ -78,6 +80,45 @@ fn a_gripper_that_starts_in_the_table_or_the_triangle_is_refused() {
         let action = command(scene.as_mut());
         assert_eq!(scene.tick(&action).unwrap_err(), Halt::StartsInCollision);
     }
+}
+
+#[test]
+fn a_gripper_that_starts_in_the_board_or_the_cabinet_is_refused() {
+    let board = key("painting", Split::Train, 1, 1);
+    let mut in_board = PaintingSetup::draw(&board).unwrap();
+    in_board.world_from_gripper.translation = in_board.world_from_board().translation;
+    let cabinet = key("door", Split::Train, 1, 1);
+    let mut in_cabinet = DoorSetup::draw(&cabinet).unwrap();
+    let [x, y] = in_cabinet.center_m;
+    in_cabinet.world_from_gripper.translation = Vector3::new(x, y, in_cabinet.size_m[2] / 2.0);
+    for mut scene in [
+        PaintingTask::default().scene(in_board, &board).unwrap(),
+        DoorTask::default().scene(in_cabinet, &cabinet),
+    ] {
+        let action = command(scene.as_mut());
+        assert_eq!(scene.tick(&action).unwrap_err(), Halt::StartsInCollision);
+        let outcome = scene.judge();
+        assert_eq!((outcome.success, outcome.halt), (false, Some(Halt::StartsInCollision)));
+    }
+}
+
+#[test]
+fn a_gripper_tipped_over_is_refused_where_it_starts_and_loses_its_command_where_it_is_told_to() {
+    let on_its_side = SO3::exp(&Vector3::new(1.6, 0.0, 0.0));
+    let mut tipped = setup();
+    tipped.world_from_gripper.rotation = tipped.world_from_gripper.rotation * on_its_side;
+    tipped.world_from_gripper.translation.z = 0.02;
+    let mut scene = self::scene(tipped);
+    let action = command(scene.as_mut());
+    assert_eq!(scene.tick(&action).unwrap_err(), Halt::StartsInCollision);
+
+    // Told to lie down at the height of a grasp, the palm meets the table.
+    let mut scene = self::scene(setup());
+    let mut action = command(scene.as_mut());
+    action.world_from_gripper.rotation = action.world_from_gripper.rotation * on_its_side;
+    action.world_from_gripper.translation.z = 0.005;
+    let reason = (0..100).find_map(|_| scene.tick(&action).err());
+    assert_eq!(reason, Some(Halt::LostTracking));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! SE3ManiNet with K nodes (after RiEMann, arXiv 2403.19460): an SE(3)-Transformer over a cloud, K heat maps, and for every node a
-//! position, invariant and equivariant features, and a pose; and the pose on which the nodes agree.
+//! position, invariant and equivariant features, and a pose; and the pose on which the nodes agree. Before training these poses are
+//! turned much as the gripper is.
 //!
 //! [`ManiNodes::loss`] takes the consensus, at half weight every node's pose, and the maps' overlap as a penalty, so that nodes neither
 //! collapse nor idle.
@@ -18,7 +19,7 @@ use crate::degrees::{
     Fiber, FiberFeatures, FiberHeatMap, FiberHeatMapConfig, FiberLinear, FiberLinearConfig, RadialMlpConfig,
     TensorProductConvolution, TensorProductConvolutionConfig, UniformFiber,
 };
-use crate::init::linear;
+use crate::init::{linear, linear_around};
 use crate::scene_batch::CENTRE_VECTORS;
 use crate::tokens::OFFSET_SCALE_M;
 use crate::{CloudGraph, GraphConfig, GripperState, HeatMap, NetError, RadialBasis, SceneBatch};
@@ -55,8 +56,12 @@ impl Default for SE3ManiNetConfig {
     }
 }
 
-/// The vectors of a pose, and what a node's degree 1 must at least have.
-const POSE_VECTORS: usize = 2;
+/// The columns of a pose.
+const COLUMNS: usize = 2;
+
+/// What a node sees of the gripper as vectors: its three columns, and its offset from the node. They follow the offset from the
+/// centroid among a centre's vectors.
+const GRIPPER_VECTORS: usize = CENTRE_VECTORS - 1;
 
 impl SE3ManiNetConfig {
     /// The transformer's sizes with those that follow from others.
@@ -107,22 +112,29 @@ impl SE3ManiNetConfig {
             output: Fiber { channels: vec![hidden.channels; 2] },
             bias: true,
         };
-        let poses = FiberLinearConfig {
-            input: output.fiber(),
-            output: Fiber { channels: vec![3, POSE_VECTORS] },
-            bias: true,
-        };
         Ok(SE3ManiNet {
             embed: linear([3, hidden.channels], 1.0, true, device, rng),
             from_points: from_points.init(device, rng),
             place: place.init(device, rng),
             transformer: transformer.init(device, rng)?,
             heat_map: FiberHeatMapConfig { fiber: output.fiber(), nodes: self.nodes }.init(device, rng),
-            poses: poses.init(device, rng),
+            columns: columns(output.channels, device, rng),
+            offset: linear([output.channels, 3], 1.0, true, device, rng),
             agreement: linear([output.channels, 1], 0.5, false, device, rng),
             config: self.clone(),
         })
     }
+}
+
+/// From a node's vectors, and then the gripper's, to the columns of its pose. These start out near the gripper's: of columns drawn
+/// anyhow, one node in twenty has a pair so nearly parallel, or so short, that orthonormalising raises rounding fortyfold.
+fn columns<R: Rng + ?Sized>(channels: usize, device: &Device, rng: &mut R) -> Linear {
+    let inputs = channels + GRIPPER_VECTORS;
+    let mut around = vec![0.0; inputs * COLUMNS];
+    for column in 0..COLUMNS {
+        around[(channels + column) * COLUMNS + column] = 1.0;
+    }
+    linear_around(around, [inputs, COLUMNS], 0.2, device, rng)
 }
 
 /// From clouds to nodes with poses; see the module's description.
@@ -133,7 +145,8 @@ pub struct SE3ManiNet {
     place: FiberLinear,
     transformer: SE3Transformer,
     heat_map: FiberHeatMap,
-    poses: FiberLinear,
+    columns: Linear,
+    offset: Linear,
     agreement: Linear,
     #[module(skip)]
     config: SE3ManiNetConfig,
@@ -201,19 +214,20 @@ impl SE3ManiNet {
 
         let heat = self.heat_map.weights(batch.len(), &features);
         let nodes = FiberHeatMap::pool(&heat, &features);
-        // The centres' offsets from the centroid are the first of their vectors.
-        let offsets = FiberFeatures { degrees: vec![batch.centre_vectors.clone().narrow(2, 0, 1)] };
-        let positions = FiberHeatMap::pool(&heat, &offsets).degrees.remove(0);
-        let rows = positions.dims()[1];
-        let positions = positions.reshape([3, rows]).swap_dims(0, 1);
-
+        // The centres' offsets from the centroid are the first of their vectors; the gripper's columns are the same at all of them.
+        let vectors = FiberFeatures { degrees: vec![batch.centre_vectors.clone()] };
+        let vectors = FiberHeatMap::pool(&heat, &vectors).degrees.remove(0);
+        let rows = vectors.dims()[1];
+        let positions = vectors.clone().narrow(2, 0, 1).reshape([3, rows]).swap_dims(0, 1);
         let positions = positions.mul_scalar(OFFSET_SCALE_M);
 
-        let poses = self.poses.forward(&nodes);
-        let column = |index: usize| poses.degrees[1].clone().narrow(2, index, 1).reshape([3, rows]);
+        let seen = Tensor::cat(vec![nodes.degrees[1].clone(), vectors.narrow(2, 1, GRIPPER_VECTORS)], 2);
+        let columns = self.columns.forward(seen);
+        let column = |index: usize| columns.clone().narrow(2, index, 1).reshape([3, rows]);
         let (first, second) = (column(0), column(1));
         let rotations = gram_schmidt(first.clone().swap_dims(0, 1), second.clone().swap_dims(0, 1));
-        let offset = rotations.clone().matmul(poses.scalars().reshape([rows, 3, 1])).reshape([rows, 3]);
+        let offset = self.offset.forward(nodes.scalars()).reshape([rows, 3, 1]);
+        let offset = rotations.clone().matmul(offset).reshape([rows, 3]);
         let translations = positions.clone() + offset.mul_scalar(OFFSET_SCALE_M);
 
         let by_scene = [batch.len(), rows / batch.len()];

@@ -49,7 +49,7 @@ fn a_world_constant_in_a_vector_channel_is_caught() {
 
 #[test]
 fn a_moved_scene_gives_a_moved_trajectory() {
-    laws::a_moved_scene_gives_a_moved_trajectory(1e-5, 1e-4);
+    laws::a_moved_scene_gives_a_moved_trajectory(1e-5);
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn every_parameter_of_mani_net_receives_a_gradient() {
 
 #[test]
 fn poses_of_nodes_turn_with_the_world() {
-    degree_laws::poses_of_nodes_turn_with_the_world(1e-4);
+    degree_laws::poses_of_nodes_turn_with_the_world(1e-5);
 }
 
 #[test]

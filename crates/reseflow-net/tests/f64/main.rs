@@ -41,7 +41,7 @@ fn a_world_constant_in_a_vector_channel_is_caught() {
 
 #[test]
 fn a_moved_scene_gives_a_moved_trajectory() {
-    laws::a_moved_scene_gives_a_moved_trajectory(1e-9, 1e-9);
+    laws::a_moved_scene_gives_a_moved_trajectory(1e-9);
 }
 
 #[test]

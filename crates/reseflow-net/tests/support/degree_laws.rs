@@ -114,8 +114,8 @@ pub(crate) fn a_world_constant_in_a_higher_degree_is_caught(tolerance: f64) {
     }
 }
 
-/// Apart from the features, because orthonormalising two nearly parallel columns amplifies rounding; of hundreds of nodes, some
-/// have such.
+/// Apart from the features, and for more networks, because orthonormalising two nearly parallel columns amplifies rounding: among
+/// hundreds of nodes none may have such.
 pub(crate) fn poses_of_nodes_turn_with_the_world(tolerance: f64) {
     let mut worlds_rng = rng(5);
     let worlds: Vec<_> = (0..3).map(|_| World::rigid(&mut worlds_rng)).collect();

@@ -72,7 +72,7 @@ impl Workload {
         let mut grippers = |count: usize| (0..count).map(|_| gripper(&mut rng)).collect::<Vec<_>>();
         let states = (0..scenes).map(|_| SceneState { frames: grippers(frames), progress: 0.3 }).collect();
         let noise = (0..scenes).map(|_| grippers(horizon)).collect();
-        let net = config.init(&device, &mut rng);
+        let net = config.init(&device, &mut rng).expect("the sizes make sense");
         Workload { device, net, graphs, states, noise, times: vec![0.4; scenes] }
     }
 

@@ -103,6 +103,8 @@ impl DecoderConfig {
             ("frames", self.frames),
             ("token_scalars", self.token_scalars),
             ("token_vectors", self.token_vectors),
+            ("nodes", self.nodes),
+            ("channels", self.channels),
         ] {
             if value == 0 {
                 return Err(NetError::Config(format!("decoder.{key} must be at least 1, got 0")));
@@ -119,7 +121,11 @@ impl DecoderConfig {
     }
 
     /// Draws the weights.
-    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Decoder {
+    ///
+    /// # Errors
+    /// As [`Self::validate`].
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Result<Decoder, NetError> {
+        self.validate()?;
         let token = [self.token_scalars, self.token_vectors];
         let node = [self.channels, self.channels + 1];
         let interaction =
@@ -127,7 +133,7 @@ impl DecoderConfig {
         let to_self = InvariantAttentionConfig { query: token, memory: token, key: 32 };
         let to_nodes = InvariantAttentionConfig { query: token, memory: node, key: 32 };
         let to_centres = PointerAttentionConfig { query: token, memory: node, heads: self.pointers, key: 16 };
-        Decoder {
+        Ok(Decoder {
             context: ContextEncoder::new(self, device, rng),
             step_embedding: normal([self.horizon, token[0]], 0.3, device, rng),
             scalar_input: linear([FOURIER_WIDTH + 1, token[0]], 1.0, false, device, rng),
@@ -144,7 +150,7 @@ impl DecoderConfig {
             twists: (self.parameterisation == Parameterisation::Twist)
                 .then(|| linear([token[0], TWIST_WIDTH * self.nodes], 0.5, true, device, rng)),
             nodes: self.nodes,
-        }
+        })
     }
 }
 

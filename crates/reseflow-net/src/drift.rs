@@ -30,18 +30,22 @@ impl DriftNetConfig {
         self.decoder.validate()
     }
 
-    /// Draws the weights. Sizes that make no sense are refused where the network is first used.
-    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> DriftNet {
+    /// Draws the weights.
+    ///
+    /// # Errors
+    /// As [`Self::validate`].
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Result<DriftNet, NetError> {
+        self.validate()?;
         let decoder = DecoderConfig {
             nodes: self.encoder.nodes,
             channels: self.encoder.channels,
             ..self.decoder.clone()
         };
-        DriftNet {
-            encoder: self.encoder.init(device, rng),
-            decoder: decoder.init(device, rng),
+        Ok(DriftNet {
+            encoder: self.encoder.init(device, rng)?,
+            decoder: decoder.init(device, rng)?,
             config: self.clone(),
-        }
+        })
     }
 }
 
@@ -64,16 +68,13 @@ impl DriftNet {
     /// Encodes one frame of each of B scenes: its cloud's graph and the gripper at that time.
     ///
     /// # Errors
-    /// [`NetError::Mismatch`] where graphs were built with other sizes, or there is not one gripper for each graph;
-    /// [`NetError::Config`] as [`DriftNetConfig::validate`]; [`NetError::NonFinite`] and [`NetError::OutOfRange`] as
-    /// [`SceneBatch::collate`].
+    /// As [`SceneBatch::collate`].
     pub fn encode<'a>(
         &self,
         graphs: impl IntoIterator<Item = &'a CloudGraph>,
         grippers: &[GripperState],
         device: &Device,
     ) -> Result<EncodedScenes, NetError> {
-        self.config.validate()?;
         let EncoderConfig { point_radial, centre_radial, .. } = &self.config.encoder;
         let batch = SceneBatch::collate(graphs, grippers, point_radial, centre_radial, device)?;
         Ok(self.encoder.forward(&batch))
@@ -82,10 +83,9 @@ impl DriftNet {
     /// Combines O encoded frames, oldest first, with the grippers' states.
     ///
     /// # Errors
-    /// [`NetError::Mismatch`] where frames and states do not go together; [`NetError::Config`] as [`DriftNetConfig::validate`];
-    /// [`NetError::NonFinite`] and [`NetError::OutOfRange`] naming the gripper state or progress that is not finite or beyond 1e6.
+    /// [`NetError::Mismatch`] where frames and states do not go together; [`NetError::NonFinite`] and [`NetError::OutOfRange`]
+    /// naming the gripper state or progress that is not finite or beyond 1e6.
     pub fn context(&self, frames: &[EncodedScenes], states: &[SceneState]) -> Result<SceneContext, NetError> {
-        self.config.validate()?;
         self.decoder.context(frames, states)
     }
 

@@ -61,7 +61,11 @@ impl EncoderConfig {
     }
 
     /// Draws the weights.
-    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Encoder {
+    ///
+    /// # Errors
+    /// As [`Self::validate`].
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Result<Encoder, NetError> {
+        self.validate()?;
         let channels = self.channels;
         let convolution = |radial: RadialBasis, source_vectors| ConvolutionConfig {
             channels,
@@ -69,7 +73,7 @@ impl EncoderConfig {
             source_vectors,
         };
         let interaction = InteractionConfig { scalars: channels, vectors: channels, hidden: 2 * channels };
-        Encoder {
+        Ok(Encoder {
             embed: linear([3, channels], 1.0, true, device, rng),
             place: linear([channels, channels], 1.0, true, device, rng),
             place_vectors: linear([CENTRE_VECTORS, channels], 1.0, false, device, rng),
@@ -80,7 +84,7 @@ impl EncoderConfig {
                 .collect(),
             interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
             heat_map: HeatMapConfig { channels, nodes: self.nodes }.init(device, rng),
-        }
+        })
     }
 }
 

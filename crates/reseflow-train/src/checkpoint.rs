@@ -159,7 +159,7 @@ pub(crate) fn read<M: Trainable>(
     let config: CheckpointConfig<M> = parsed.map_err(|error| no_config(&path, error.message()))?;
     config.model.check().map_err(|error| fault(&path, error.to_string()))?;
     // The drawn weights are all replaced; any stream will do.
-    let mut net = config.model.init(device, &mut random_stream(0, 0));
+    let mut net = config.model.init(device, &mut random_stream(0, 0))?;
     let weights = folder.join(WEIGHTS);
     if !weights.is_file() {
         return Err(fault(&weights, "there is no such file, expected the network's weights".to_owned()));

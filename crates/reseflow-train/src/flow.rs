@@ -36,8 +36,8 @@ impl Trainable for ModelConfig {
         self.validate_training(train)
     }
 
-    fn init(&self, device: &Device, rng: &mut ChaCha8Rng) -> DriftNet {
-        self.network.init(device, rng)
+    fn init(&self, device: &Device, rng: &mut ChaCha8Rng) -> Result<DriftNet, TrainError> {
+        Ok(self.network.init(device, rng)?)
     }
 
     fn shard_loss(

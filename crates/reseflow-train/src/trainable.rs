@@ -60,7 +60,10 @@ pub trait Trainable: Clone + Debug + PartialEq + Serialize + DeserializeOwned + 
     }
 
     /// Draws the weights.
-    fn init(&self, device: &Device, rng: &mut ChaCha8Rng) -> Self::Net;
+    ///
+    /// # Errors
+    /// What is out of range, by its key.
+    fn init(&self, device: &Device, rng: &mut ChaCha8Rng) -> Result<Self::Net, TrainError>;
 
     /// Draws the windows and the noise of one shard and gives the loss of `net`, `[1]`; `drawn` gets the windows.
     ///

@@ -194,7 +194,7 @@ fn first_state<M: Trainable>(
     let left = if request.resume == Resume::Never { None } else { partial.read_state()? };
     if let (Some(bytes), Some(fingerprint)) = (left, fingerprint) {
         // The drawn weights are all replaced.
-        let fresh = request.model.init(device, &mut random_stream(train.seed, 0));
+        let fresh = request.model.init(device, &mut random_stream(train.seed, 0))?;
         match TrainState::from_bytes(&bytes, fingerprint, fresh, train, device) {
             Ok(state) => {
                 observer.on_resume(state.update, state.validation.as_ref());
@@ -211,7 +211,7 @@ fn first_state<M: Trainable>(
     }
     let net = match request.start {
         Some(start) => weights_of(start, request, device)?,
-        None => request.model.init(device, &mut random_stream(train.seed, 0)),
+        None => request.model.init(device, &mut random_stream(train.seed, 0))?,
     };
     Ok(TrainState::new(net, train))
 }

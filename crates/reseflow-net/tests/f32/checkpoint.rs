@@ -7,7 +7,7 @@ use reseflow_net::{DriftNet, DriftNetConfig, Parameterisation};
 use crate::support::laws::example;
 use crate::support::trajectory::{Trajectory, predict_one};
 use crate::support::twists::{in_twist_form, numbers, twists};
-use crate::support::weights::shaken;
+use crate::support::weights::{drawn_net, shaken_net};
 use crate::support::{devices, rng, small};
 
 /// All numbers of a prediction.
@@ -27,12 +27,12 @@ fn a_network_read_back_says_the_same_on_every_device() {
         };
         for (name, device) in devices() {
             let mut rng = rng(61);
-            let net = shaken(config.init(&device, &mut rng), 0.05, &mut rng);
+            let net = shaken_net(&config, &device, &mut rng);
             let folder = tempfile::tempdir().expect("a folder can be made");
             let path = folder.path().join("model.safetensors");
             net.save_into(&mut SafetensorsStore::from_file(&path)).expect("weights can be written");
 
-            let mut other = config.init(&device, &mut crate::support::rng(62));
+            let mut other = drawn_net(&config, &device, &mut crate::support::rng(62));
             assert_ne!(say(&other, &device), say(&net, &device), "{name}: other weights say something else");
             let loaded =
                 other.load_from(&mut SafetensorsStore::from_file(&path)).expect("weights can be read");
@@ -48,11 +48,11 @@ fn weights_of_another_size_are_not_taken() {
     let [(_, device), _] = devices();
     let folder = tempfile::tempdir().expect("a folder can be made");
     let path = folder.path().join("model.safetensors");
-    let net = small().init(&device, &mut rng(63));
+    let net = drawn_net(&small(), &device, &mut rng(63));
     net.save_into(&mut SafetensorsStore::from_file(&path)).expect("weights can be written");
     let mut wider = small();
     wider.encoder.channels += 1;
-    let mut other = wider.init(&device, &mut rng(64));
+    let mut other = drawn_net(&wider, &device, &mut rng(64));
     let taken = other.load_from(&mut SafetensorsStore::from_file(&path));
     assert!(taken.is_err(), "{taken:?}");
 }

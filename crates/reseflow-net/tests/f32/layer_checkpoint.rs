@@ -13,6 +13,7 @@ use crate::support::laws::example;
 use crate::support::layers::{CHANNELS, GRAPH, RADIAL, batch, clouds};
 use crate::support::scene::Scene;
 use crate::support::trajectory::encode;
+use crate::support::weights::drawn_net;
 use crate::support::world::World;
 use crate::support::{devices, normals, rng, small, tensor, values};
 
@@ -96,7 +97,7 @@ fn an_encoder_read_back_says_the_same() {
         let batch = batch(&clouds(&mut rng(83)), &World::identity(), &device);
         assert_kept(
             &format!("{name} encoder"),
-            |rng| config.init(&device, rng),
+            |rng| config.init(&device, rng).expect("the sizes make sense"),
             |layer| {
                 let encoded = layer.forward(&batch);
                 let parts = [values(&encoded.positions), values(&encoded.heat)];
@@ -114,14 +115,14 @@ fn a_decoder_of_either_form_read_back_says_the_same() {
         let scenes = [example(0, &config), example(1, &config)];
         let states: Vec<_> = scenes.iter().map(Scene::state).collect();
         let noise: Vec<_> = scenes.iter().map(|scene| scene.noise.clone()).collect();
-        let encoded = encode(&config.init(&device, &mut rng(84)), &scenes, &device);
+        let encoded = encode(&drawn_net(&config, &device, &mut rng(84)), &scenes, &device);
         for parameterisation in [Parameterisation::Endpoint, Parameterisation::Twist] {
             let mut decoder = config.decoder.clone();
             decoder.parameterisation = parameterisation;
             (decoder.nodes, decoder.channels) = (config.encoder.nodes, config.encoder.channels);
             assert_kept(
                 &format!("{name} decoder, {parameterisation:?}"),
-                |rng| decoder.init(&device, rng),
+                |rng| decoder.init(&device, rng).expect("the sizes make sense"),
                 |decoder| {
                     let context = decoder.context(&encoded, &states).expect("frames and states go together");
                     let tokens = TokenBatch::new(&noise, &[0.1, 0.7], &context.origins_m, &device)

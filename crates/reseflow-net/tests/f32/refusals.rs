@@ -11,6 +11,7 @@ use crate::support::laws::example;
 use crate::support::scene::{Cloud, Scene, gripper};
 use crate::support::trajectory::{encode, predict};
 use crate::support::twists::in_twist_form;
+use crate::support::weights::drawn_net;
 use crate::support::{devices, rng, small};
 
 #[test]
@@ -37,8 +38,10 @@ fn a_size_that_makes_no_sense_is_named() {
         let mut config = DriftNetConfig::default();
         assert_eq!(config.validate(), Ok(()));
         spoil(&mut config);
-        let error = config.validate().expect_err("the size makes no sense").to_string();
-        assert!(error.contains(&format!("{key} ")), "{key}: {error}");
+        let error = config.validate().expect_err("the size makes no sense");
+        assert!(error.to_string().contains(&format!("{key} ")), "{key}: {error}");
+        let [(_, device), _] = devices();
+        assert_eq!(config.init(&device, &mut rng(70)).map(|_| ()), Err(error));
     }
 }
 
@@ -54,7 +57,7 @@ fn the_smallest_valid_network_works() {
     (decoder.token_scalars, decoder.token_vectors, decoder.pointers) = (1, 1, 1);
     assert_eq!(config.validate(), Ok(()));
     for (name, device) in devices() {
-        let net = config.init(&device, &mut rng(71));
+        let net = drawn_net(&config, &device, &mut rng(71));
         for index in 0..4 {
             let trajectory = predict(&net, &[example(index, &config)], &device).remove(0);
             assert!(trajectory.consensus[0].1.iter().all(|value| value.is_finite()), "{name}");
@@ -75,7 +78,7 @@ impl Prepared {
     fn new() -> Prepared {
         let [(_, device), _] = devices();
         let config = small();
-        let net = config.init(&device, &mut rng(72));
+        let net = drawn_net(&config, &device, &mut rng(72));
         let scenes = [example(0, &config), example(1, &config)];
         let encoded = encode(&net, &scenes, &device);
         let states = scenes.iter().map(Scene::state).collect();
@@ -146,7 +149,7 @@ fn a_prediction_that_the_network_was_not_made_for_is_refused() {
     let (configured, asked) = (Parameterisation::Endpoint, Parameterisation::Twist);
     assert_eq!(refused, Err(NetError::Parameterisation { configured, asked }));
 
-    let net = in_twist_form(small()).init(&prepared.device, &mut rng(74));
+    let net = drawn_net(&in_twist_form(small()), &prepared.device, &mut rng(74));
     let context = net.context(&prepared.encoded, &prepared.states).expect("sizes are the same");
     let refused = net.decode(&context, &tokens).map(|_| ());
     assert_eq!(refused, Err(NetError::Parameterisation { configured: asked, asked: configured }));

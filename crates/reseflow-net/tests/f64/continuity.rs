@@ -7,7 +7,7 @@ use reseflow_net::{CloudGraph, DriftNet, GraphConfig, GripperState, Nonlinearity
 
 use crate::support::mani_net::{features_on_host, poses_on_host, small_mani_net};
 use crate::support::scene::{Cloud, gripper, random_colors};
-use crate::support::weights::shaken;
+use crate::support::weights::{shaken, shaken_net};
 use crate::support::{assert_caught, assert_small, devices, rng, small, values, worse, worst_difference};
 
 /// As many centres as there are far corners, so that a point among them never becomes one.
@@ -104,7 +104,7 @@ fn the_encoder_does_not_jump_where_neighbours_change() {
             let mut rng = rng(400 + stream);
             let mut config = small();
             config.encoder.graph = GRAPH;
-            let net = shaken(config.init(&device, &mut rng), 0.05, &mut rng);
+            let net = shaken_net(&config, &device, &mut rng);
             let passage = Passage::draw(&mut rng);
             for (low, high) in passage.crossings() {
                 let [before, after] = [low, high].map(|s| passage.graph(s));

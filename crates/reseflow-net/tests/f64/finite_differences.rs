@@ -10,7 +10,7 @@ use crate::support::laws::example;
 use crate::support::mani_net::small_mani_net;
 use crate::support::scene::{Cloud, Scene};
 use crate::support::twists::{in_twist_form, twist_loss};
-use crate::support::weights::shaken;
+use crate::support::weights::{shaken, shaken_net};
 use crate::support::{assert_small, devices, normals, rng, small, tensor, values, worse, worst_difference};
 
 /// Length of the step along a unit vector.
@@ -51,7 +51,7 @@ fn unit(direction: &Direction, keep: impl Fn(usize) -> bool) -> Direction {
 /// The network whose gradient is asked for; the same on every device.
 fn network(device: &Device) -> DriftNet {
     let mut rng = rng(31);
-    shaken(small().init(device, &mut rng), 0.05, &mut rng)
+    shaken_net(&small(), device, &mut rng)
 }
 
 /// The gradient of the generic loss by every parameter.
@@ -110,7 +110,7 @@ fn the_gradient_of_the_twist_form_is_the_slope_of_its_loss() {
     let [(_, device), _] = devices();
     let net = |device: &Device| {
         let mut rng = rng(35);
-        shaken(in_twist_form(small()).init(device, &mut rng), 0.05, &mut rng)
+        shaken_net(&in_twist_form(small()), device, &mut rng)
     };
     let tracked = device.clone().autodiff();
     let tracked_net = net(&tracked);

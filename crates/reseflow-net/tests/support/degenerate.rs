@@ -15,7 +15,7 @@ use super::layers::{GRAPH, RADIAL};
 use super::mani_net::{features_on_host, homes, nodes, poses_on_host, small_mani_net};
 use super::scene::{Cloud, Scene, random_colors};
 use super::trajectory::predict_one;
-use super::weights::shaken;
+use super::weights::{shaken, shaken_net};
 use super::world::World;
 use super::{assert_small, devices, rng, small, values, worse};
 
@@ -56,7 +56,7 @@ pub(crate) fn degenerate_clouds_give_finite_trajectories_and_gradients() {
         let config = small();
         for (what, points) in degenerate_clouds() {
             let mut rng = rng(6000);
-            let net = shaken(config.init(&tracked, &mut rng), 0.05, &mut rng);
+            let net = shaken_net(&config, &tracked, &mut rng);
             let colors = random_colors(points.len(), &mut rng);
             let clouds = vec![Cloud { points, colors }; config.decoder.frames];
             let scenes = [Scene::around(clouds, config.decoder.horizon, &mut rng)];
@@ -157,7 +157,7 @@ pub(crate) fn a_scene_ten_metres_away_gives_the_same_trajectory(tolerance: f64) 
         for index in 0..10 {
             let config = small();
             let mut rng = rng(6300 + index);
-            let net = shaken(config.init(&device, &mut rng), 0.05, &mut rng);
+            let net = shaken_net(&config, &device, &mut rng);
             let scene = example(index, &config);
             let near = predict_one(&net, &store(scene.clone()), &device);
             let far = predict_one(&net, &store(scene.moved(&world)), &device);

@@ -7,7 +7,7 @@ use super::gradients::{generic_loss, named_gradients};
 use super::layers::{interaction_with_world_constant, layer_deviations};
 use super::scene::{Cloud, Scene};
 use super::trajectory::{Deviation, encode, predict, predict_one};
-use super::weights::shaken;
+use super::weights::{drawn_net, shaken_net};
 use super::world::World;
 use super::{assert_caught, assert_small, devices, rng, small, values, worse, worst_difference};
 
@@ -76,7 +76,7 @@ pub(crate) fn net_deviation(
     let mut worst = Deviation::default();
     for index in 0..scenes {
         let mut rng = rng(2000 + index);
-        let net = shaken(config.init(device, &mut rng), 0.05, &mut rng);
+        let net = shaken_net(config, device, &mut rng);
         let (scene, world) = (example(index, config), World::rigid(&mut rng));
         let still = predict_one(&net, &store(scene.clone()), device);
         let moved = predict_one(&net, &store(scene.moved(&world)), device);
@@ -106,7 +106,7 @@ pub(crate) fn a_scene_that_is_not_moved_rigidly_is_caught() {
         for index in 0..6 {
             let mut rng = rng(3000 + index);
             let config = small();
-            let net = shaken(config.init(&device, &mut rng), 0.05, &mut rng);
+            let net = shaken_net(&config, &device, &mut rng);
             let scene = example(index, &config);
             let still = predict_one(&net, &scene, &device);
             let caught = |what: &str, presented: Scene, world: &World| {
@@ -140,7 +140,7 @@ pub(crate) fn the_order_of_the_points_does_not_matter(tolerance: f64) {
         for index in 0..10 {
             let mut rng = rng(4000 + index);
             let config = small();
-            let net = shaken(config.init(&device, &mut rng), 0.05, &mut rng);
+            let net = shaken_net(&config, &device, &mut rng);
             let scene = example(index, &config);
             let shuffled = Scene {
                 clouds: scene.clouds.iter().map(|cloud| cloud.shuffled(&mut rng)).collect(),
@@ -177,7 +177,7 @@ pub(crate) fn scenes_of_one_batch_do_not_see_each_other(tolerance: f64) {
     for (name, device) in devices() {
         let mut rng = rng(5000);
         let config = small();
-        let net = shaken(config.init(&device, &mut rng), 0.05, &mut rng);
+        let net = shaken_net(&config, &device, &mut rng);
         let scenes: Vec<_> =
             [40, 100, 7, 1, 64].map(|count| Scene::in_a_box(count, &config.decoder, &mut rng)).to_vec();
         let together = predict(&net, &scenes, &device);
@@ -197,7 +197,7 @@ pub(crate) fn every_parameter_receives_a_gradient() {
         let tracked = device.clone().autodiff();
         for (size, config) in [("default", DriftNetConfig::default()), ("small", small())] {
             // As drawn, without noise on the biases: training must be able to start from there.
-            let net = config.init(&tracked, &mut rng(7000));
+            let net = drawn_net(&config, &tracked, &mut rng(7000));
             let scenes = [example(0, &config), example(1, &config)];
             let gradients = generic_loss(&net, &scenes, &tracked).backward();
             let gradients = named_gradients(&net, &gradients);
@@ -217,7 +217,7 @@ pub(crate) fn every_parameter_receives_a_gradient() {
 pub(crate) fn the_suite_runs_in_its_float_type() {
     for (name, device) in devices() {
         for device in [device.clone(), device.autodiff()] {
-            let net = small().init(&device, &mut rng(8000));
+            let net = drawn_net(&small(), &device, &mut rng(8000));
             let encoded = encode(&net, &[example(0, &small())], &device);
             assert_eq!(encoded[0].positions.dtype(), crate::FLOAT.into(), "{name}");
         }

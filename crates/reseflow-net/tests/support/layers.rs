@@ -164,7 +164,8 @@ fn encoder(device: &Device, worlds: &[World], rng: &mut ChaCha8Rng) -> f64 {
         centre_radial: RADIAL,
         ..EncoderConfig::default()
     };
-    let (clouds, layer) = (clouds(rng), shaken(config.init(device, rng), SHAKE, rng));
+    let layer = |rng: &mut ChaCha8Rng| config.init(device, rng).expect("the sizes make sense");
+    let (clouds, layer) = (clouds(rng), shaken(layer(rng), SHAKE, rng));
     deviation(worlds, |world| {
         let encoded = layer.forward(&batch(&clouds, world, device));
         let with_position = burn::tensor::Tensor::cat(vec![encoded.nodes.vectors, encoded.positions], 2);

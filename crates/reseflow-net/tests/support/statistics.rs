@@ -10,6 +10,7 @@ use reseflow_net::{CloudGraph, DriftNet, DriftNetConfig, EdgeList};
 
 use super::scene::{Cloud, Scene};
 use super::trajectory::{endpoint, graphs, predict_on};
+use super::weights::drawn_net;
 use super::world::World;
 use super::{assert_caught, assert_small, devices, rng, small, tensor};
 
@@ -57,7 +58,7 @@ pub(crate) fn worst_and_99_9th(errors: &[f64]) -> (f64, f64) {
 /// amplifies rounding. It is taught the way from the cloud's centroid to the gripper, turned as the gripper.
 pub(crate) fn trained(config: &DriftNetConfig, updates: u64, device: &Device) -> DriftNet {
     let device = device.clone().autodiff();
-    let mut net = config.init(&device, &mut rng(11_000));
+    let mut net = drawn_net(config, &device, &mut rng(11_000));
     let mut optimizer = AdamConfig::new().init();
     for update in 0..updates {
         let scenes: Vec<_> = (0..8).map(|index| random_scene(config, 12_000 + 8 * update + index)).collect();

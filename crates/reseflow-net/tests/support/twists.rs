@@ -9,7 +9,7 @@ use super::gradients::{named_gradients, weighed};
 use super::laws::example;
 use super::scene::Scene;
 use super::trajectory::encode;
-use super::weights::shaken;
+use super::weights::{drawn_net, shaken_net};
 use super::world::World;
 use super::{assert_caught, assert_small, devices, rng, small, values, worse, worst_difference};
 
@@ -51,7 +51,7 @@ pub(crate) fn numbers(prediction: &TwistPrediction) -> Vec<f64> {
 
 fn network(config: &DriftNetConfig, device: &Device, stream: u64) -> DriftNet {
     let mut rng = rng(stream);
-    shaken(config.init(device, &mut rng), 0.05, &mut rng)
+    shaken_net(config, device, &mut rng)
 }
 
 pub(crate) fn a_moved_scene_gives_the_same_body_twists(tolerance: f64) {
@@ -182,7 +182,7 @@ pub(crate) fn every_parameter_of_the_twist_form_receives_a_gradient() {
     for (name, device) in devices() {
         let tracked = device.clone().autodiff();
         for config in [DriftNetConfig::default(), small()].map(in_twist_form) {
-            let net = config.init(&tracked, &mut rng(7500));
+            let net = drawn_net(&config, &tracked, &mut rng(7500));
             let gradients =
                 twist_loss(&net, &[example(0, &config), example(1, &config)], &tracked).backward();
             for (parameter, gradient) in named_gradients(&net, &gradients) {

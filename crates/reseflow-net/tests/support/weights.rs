@@ -1,10 +1,21 @@
 //! Weights as training leaves them: nothing is exactly zero any more.
 
 use burn::module::{Module, ModuleMapper, Param};
-use burn::tensor::Tensor;
+use burn::tensor::{Device, Tensor};
 use rand_chacha::ChaCha8Rng;
+use reseflow_net::{DriftNet, DriftNetConfig};
 
 use super::{normals, tensor, values};
+
+/// A drift model as drawn.
+pub(crate) fn drawn_net(config: &DriftNetConfig, device: &Device, rng: &mut ChaCha8Rng) -> DriftNet {
+    config.init(device, rng).expect("the sizes make sense")
+}
+
+/// A drift model as drawn, shaken.
+pub(crate) fn shaken_net(config: &DriftNetConfig, device: &Device, rng: &mut ChaCha8Rng) -> DriftNet {
+    shaken(drawn_net(config, device, rng), 0.05, rng)
+}
 
 /// `module` with independent noise of standard deviation `sigma` on every parameter, biases among them.
 pub(crate) fn shaken<M: Module>(module: M, sigma: f64, rng: &mut ChaCha8Rng) -> M {

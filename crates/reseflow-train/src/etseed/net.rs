@@ -25,20 +25,24 @@ pub struct EtSeedNet {
 
 impl EtSeedNet {
     /// Draws the weights.
-    pub(super) fn new<R: Rng + ?Sized>(config: &EtSeedConfig, device: &Device, rng: &mut R) -> Self {
+    pub(super) fn new<R: Rng + ?Sized>(
+        config: &EtSeedConfig,
+        device: &Device,
+        rng: &mut R,
+    ) -> Result<Self, TrainError> {
         let token = [config.network.decoder.token_scalars, config.network.decoder.token_vectors];
-        Self {
+        Ok(Self {
             invariant: InvariantKernel {
-                trunk: Trunk::new(&config.network, device, rng),
+                trunk: Trunk::new(&config.network, device, rng)?,
                 pose: linear([token[0], 9], READ_OUT_GAIN, true, device, rng),
                 opening: linear([token[0], 1], READ_OUT_GAIN, true, device, rng),
             },
             equivariant: EquivariantKernel {
-                trunk: Trunk::new(&config.network, device, rng),
+                trunk: Trunk::new(&config.network, device, rng)?,
                 pose: linear([token[1], 3], READ_OUT_GAIN, false, device, rng),
                 opening: linear([token[0], 1], READ_OUT_GAIN, true, device, rng),
             },
-        }
+        })
     }
 }
 

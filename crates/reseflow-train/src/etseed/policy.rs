@@ -32,7 +32,7 @@ impl Trainable for EtSeedConfig {
         self.validate()
     }
 
-    fn init(&self, device: &Device, rng: &mut ChaCha8Rng) -> EtSeedNet {
+    fn init(&self, device: &Device, rng: &mut ChaCha8Rng) -> Result<EtSeedNet, TrainError> {
         EtSeedNet::new(self, device, rng)
     }
 

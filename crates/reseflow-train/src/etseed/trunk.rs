@@ -54,7 +54,11 @@ pub(super) struct TrunkScenes {
 
 impl Trunk {
     /// Draws the weights.
-    pub(super) fn new<R: Rng + ?Sized>(config: &DriftNetConfig, device: &Device, rng: &mut R) -> Self {
+    pub(super) fn new<R: Rng + ?Sized>(
+        config: &DriftNetConfig,
+        device: &Device,
+        rng: &mut R,
+    ) -> Result<Self, TrainError> {
         let (encoder, decoder) = (&config.encoder, &config.decoder);
         let token = [decoder.token_scalars, decoder.token_vectors];
         let vectors = encoder.channels + 1;
@@ -64,8 +68,8 @@ impl Trunk {
         let to_self = InvariantAttentionConfig { query: token, memory: token, key: 32 };
         let to_nodes = InvariantAttentionConfig { query: token, memory: [scalars, vectors], key: 32 };
         let known = decoder.frames * (encoder.nodes * scalars + POSE_NUMBERS + 1) + 2 * PROGRESS_OCTAVES;
-        Self {
-            encoder: encoder.init(device, rng),
+        Ok(Self {
+            encoder: encoder.init(device, rng)?,
             frame_embedding: normal([decoder.frames, scalars], 0.3, device, rng),
             step_embedding: normal([decoder.horizon, token[0]], 0.3, device, rng),
             scene: linear([known, token[0]], 1.0, true, device, rng),
@@ -76,7 +80,7 @@ impl Trunk {
             node_attention: (0..decoder.layers).map(|_| to_nodes.init(device, rng)).collect(),
             frames: decoder.frames,
             radial: [encoder.point_radial, encoder.centre_radial],
-        }
+        })
     }
 
     /// Encodes scenes, once for all noise levels.

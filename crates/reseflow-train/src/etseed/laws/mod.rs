@@ -51,7 +51,7 @@ fn config() -> EtSeedConfig {
 }
 
 fn net(config: &EtSeedConfig, device: &Device) -> EtSeedNet {
-    EtSeedNet::new(config, device, &mut rng(5))
+    EtSeedNet::new(config, device, &mut rng(5)).expect("the sizes make sense")
 }
 
 /// A blob of coloured points with the gripper beside it.

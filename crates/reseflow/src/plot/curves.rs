@@ -1,6 +1,6 @@
 //! The three curves of a run: error against integration steps, error along the trajectory, training.
 
-use super::{LinePlot, Scale, Series};
+use super::{Dash, LinePlot, Look, Scale, Series};
 use crate::evaluation::TrivialScores;
 use crate::metrics::Scores;
 
@@ -34,15 +34,15 @@ pub fn d_geo_against_steps(
         label: "policy (band: ± 1 std over seeds)".to_owned(),
         points: rows.iter().map(|(steps, scores)| (*steps as f64, scores.d_geo_mean)).collect(),
         half_band: Some(rows.iter().map(|(_, scores)| scores.d_geo_std.unwrap_or(0.0)).collect()),
-        dashed: false,
+        look: Look { dash: Dash::Solid, ..Look::policy(0) },
     };
     let steps = || rows.iter().map(|(steps, _)| *steps as f64);
     let (first, last) = (steps().fold(f64::INFINITY, f64::min), steps().fold(0.0, f64::max));
-    let level = |predictor: &PredictorCurve<'_>| Series {
+    let level = |(index, predictor): (usize, &PredictorCurve<'_>)| Series {
         label: predictor.label.to_owned(),
         points: [first, last].map(|steps| (steps, predictor.scores.d_geo_mean)).to_vec(),
         half_band: None,
-        dashed: true,
+        look: Look::reference(index),
     };
     LinePlot {
         title: title.to_owned(),
@@ -50,21 +50,22 @@ pub fn d_geo_against_steps(
         y_label: "mean D_geo (rad and m)".to_owned(),
         x_scale: Scale::Log,
         y_scale: Scale::Linear,
-        series: std::iter::once(policy).chain(trivial.iter().map(level)).collect(),
+        x_ticks: Some(steps().collect()),
+        series: std::iter::once(policy).chain(trivial.iter().enumerate().map(level)).collect(),
     }
 }
 
-/// D_geo of each action of the trajectory; predictors whose label is among `dashed` are drawn dashed.
+/// D_geo of each action of the trajectory, of policies and of what they are compared with.
 pub fn per_action_error(
     title: &str,
-    solid: &[PredictorCurve<'_>],
-    dashed: &[PredictorCurve<'_>],
+    policies: &[PredictorCurve<'_>],
+    references: &[PredictorCurve<'_>],
 ) -> LinePlot {
-    let series = |predictor: &PredictorCurve<'_>, dashed| Series {
+    let series = |predictor: &PredictorCurve<'_>, look| Series {
         label: predictor.label.to_owned(),
         points: (1..).map(f64::from).zip(predictor.scores.per_action_mean.iter().copied()).collect(),
         half_band: None,
-        dashed,
+        look,
     };
     LinePlot {
         title: title.to_owned(),
@@ -72,10 +73,10 @@ pub fn per_action_error(
         y_label: "mean D_geo (rad and m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Linear,
-        series: solid
-            .iter()
-            .map(|p| series(p, false))
-            .chain(dashed.iter().map(|p| series(p, true)))
+        x_ticks: None,
+        series: (policies.iter().zip((0..).map(Look::policy)))
+            .chain(references.iter().zip((0..).map(Look::reference)))
+            .map(|(predictor, look)| series(predictor, look))
             .collect(),
     }
 }
@@ -83,10 +84,15 @@ pub fn per_action_error(
 /// Named quantities against the update. A long noisy curve is drawn as the means of `BINS` neighbourhoods; values that are not
 /// positive are left out.
 pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePlot {
-    let series = |(label, points): &(&str, Vec<(f64, f64)>)| {
+    let series = |(index, (label, points)): (usize, &(&str, Vec<(f64, f64)>))| {
         let positive = |&(_, value): &(f64, f64)| value > 0.0 && value.is_finite();
         let points: Vec<(f64, f64)> = points.iter().copied().filter(positive).collect();
-        Series { label: (*label).to_owned(), points: binned(&points), half_band: None, dashed: false }
+        Series {
+            label: (*label).to_owned(),
+            points: binned(&points),
+            half_band: None,
+            look: Look::curve(index),
+        }
     };
     LinePlot {
         title: title.to_owned(),
@@ -94,7 +100,8 @@ pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePl
         y_label: "loss; D_geo (rad and m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Log,
-        series: curves.iter().map(series).filter(|series| !series.points.is_empty()).collect(),
+        x_ticks: None,
+        series: curves.iter().enumerate().map(series).filter(|series| !series.points.is_empty()).collect(),
     }
 }
 

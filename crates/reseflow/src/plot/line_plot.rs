@@ -1,36 +1,23 @@
-//! A plot of lines with labelled axes, bands and reference lines.
+//! Plots of lines with labelled axes and bands, one or several in a picture under one legend.
 
 use image::RgbImage;
-use plotters::coord::Shift;
-use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
-use plotters::prelude::*;
 
-use super::{PlotError, font};
+use super::PlotError;
+use super::axes::{Axis, Frame, Scale};
+use super::look::Look;
+use super::picture::{INK, Lettering, Picture, text_width};
 
-const SIZE_PX: (u32, u32) = (1400, 900);
-const TITLE_PX: u32 = 40;
-const AXIS_PX: u32 = 32;
-const TICK_PX: u32 = 27;
-
-/// Okabe and Ito's palette, which colour-blind readers tell apart (*Color universal design*, 2008).
-const PALETTE: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-];
-
-/// How an axis is divided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
-    /// Evenly.
-    Linear,
-    /// By powers of ten; every value must be positive.
-    Log,
-}
+/// Size of titles.
+pub const TITLE_SIZE: f64 = 17.0;
+/// Size of legends and of the titles of panels.
+pub const LEGEND_SIZE: f64 = 14.0;
+const MARGIN: f64 = 14.0;
+/// Room left of a panel's frame, for its ticks and label.
+const LEFT: f64 = 66.0;
+const RIGHT: f64 = 16.0;
+const BELOW: f64 = 48.0;
+const PANEL_TITLE: f64 = 26.0;
+const LEGEND_LINE: f64 = 24.0;
 
 /// One line.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +28,8 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// The half-width of a band around it, one for each point.
     pub half_band: Option<Vec<f64>>,
-    /// Dashed, for what the others are compared with.
-    pub dashed: bool,
+    /// What tells it from the others.
+    pub look: Look,
 }
 
 /// A plot. Axis labels carry the units.
@@ -58,170 +45,193 @@ pub struct LinePlot {
     pub x_scale: Scale,
     /// How y is divided.
     pub y_scale: Scale,
+    /// Where x is ticked; round numbers where nothing is said.
+    pub x_ticks: Option<Vec<f64>>,
     /// Its lines.
     pub series: Vec<Series>,
 }
 
+/// The range of the data: (low, high) of x and of y.
+type Bounds = ((f64, f64), (f64, f64));
+
 impl LinePlot {
-    /// Draws the plot.
+    /// Draws the plot alone.
     ///
     /// # Errors
     /// When the drawing library fails, or when there is no point to draw.
     pub fn draw(&self) -> Result<RgbImage, PlotError> {
-        font::register()?;
-        let (width, height) = SIZE_PX;
-        let mut pixels = vec![255; (width * height * 3) as usize];
-        let fail = |reason| PlotError { picture: self.title.clone(), reason };
-        {
-            let area = BitMapBackend::with_buffer(&mut pixels, SIZE_PX).into_drawing_area();
-            self.draw_on(&area).map_err(fail)?;
-            area.present().map_err(|reason| fail(format!("{reason:?}")))?;
-        }
-        RgbImage::from_raw(width, height, pixels)
-            .ok_or_else(|| fail("the buffer has the wrong size".to_owned()))
+        let panel = Self { title: String::new(), ..self.clone() };
+        let alone = Panels {
+            title: self.title.clone(),
+            columns: 1,
+            panel_size: (700.0, 420.0),
+            shared_y: false,
+            panels: vec![panel],
+        };
+        alone.picture()?.image()
     }
 
-    fn draw_on(&self, area: &DrawingArea<BitMapBackend<'_>, Shift>) -> Result<(), String> {
-        let bounds = self.bounds().ok_or("there is nothing to draw")?;
-        let ((x0, x1), (y0, y1)) = bounds;
-        let (x, y) = (x0..x1, y0..y1);
-        match (self.x_scale, self.y_scale) {
-            (Scale::Linear, Scale::Linear) => self.draw_axes(area, x, y, bounds),
-            (Scale::Log, Scale::Linear) => self.draw_axes(area, x.log_scale(), y, bounds),
-            (Scale::Linear, Scale::Log) => self.draw_axes(area, x, y.log_scale(), bounds),
-            (Scale::Log, Scale::Log) => self.draw_axes(area, x.log_scale(), y.log_scale(), bounds),
-        }
-    }
-
-    /// The ranges of both axes with some air around the data; a linear y axis starts at zero.
+    /// The ranges of both axes.
     fn bounds(&self) -> Option<Bounds> {
         let mut low = (f64::INFINITY, f64::INFINITY);
         let mut high = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         for series in &self.series {
             for (index, &(x, y)) in series.points.iter().enumerate() {
                 let half = series.half_band.as_ref().and_then(|band| band.get(index)).copied().unwrap_or(0.0);
-                let bottom = if self.y_scale == Scale::Log { y } else { y - half };
+                let bottom =
+                    if self.y_scale == Scale::Log { y.min((y - half).max(0.7 * y)) } else { y - half };
                 low = (low.0.min(x), low.1.min(bottom));
                 high = (high.0.max(x), high.1.max(y + half));
             }
         }
-        if !(low.0.is_finite() && low.1.is_finite() && high.0.is_finite() && high.1.is_finite()) {
-            return None;
-        }
-        let x = match self.x_scale {
-            Scale::Linear if high.0 > low.0 => (low.0, high.0),
-            Scale::Linear => (low.0 - 0.5, high.0 + 0.5),
-            Scale::Log => (low.0 / 1.15, high.0 * 1.15),
-        };
-        // Room above the data for the legend: the data fill so much of the height.
-        let filled = 1.0 - (34.0 * self.series.len() as f64 + 50.0) / 700.0;
-        let y = match self.y_scale {
-            Scale::Linear => (low.1.min(0.0), (high.1 / filled).max(1e-9)),
-            Scale::Log => (low.1 / 1.3, high.1 * (high.1 / low.1).powf(1.0 / filled - 1.0).max(1.5)),
-        };
-        Some((x, y))
+        let finite = [low.0, low.1, high.0, high.1].iter().all(|end| end.is_finite());
+        finite.then_some(((low.0, high.0), (low.1, high.1)))
     }
 
-    fn draw_axes<X, Y>(
-        &self,
-        area: &DrawingArea<BitMapBackend<'_>, Shift>,
-        x: X,
-        y: Y,
-        bounds: Bounds,
-    ) -> Result<(), String>
-    where
-        X: AsRangedCoord<Value = f64>,
-        Y: AsRangedCoord<Value = f64>,
-        X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
-        Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    {
-        let debug = |reason: DrawingAreaErrorKind<_>| format!("{reason:?}");
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, (font::FAMILY, TITLE_PX))
-            .margin(24)
-            .margin_right(40)
-            .x_label_area_size(86)
-            .y_label_area_size(124)
-            .build_cartesian_2d(x, y)
-            .map_err(debug)?;
-        let x_tick = tick_format(bounds.0, self.x_scale);
-        let x_format = |value: &f64| trimmed(&x_tick(value));
-        let y_format = tick_format(bounds.1, self.y_scale);
-        chart
-            .configure_mesh()
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
-            .axis_desc_style((font::FAMILY, AXIS_PX))
-            .label_style((font::FAMILY, TICK_PX))
-            .x_label_formatter(&x_format)
-            .y_label_formatter(&y_format)
-            .light_line_style(WHITE)
-            .bold_line_style(RGBColor(225, 225, 225))
-            .draw()
-            .map_err(debug)?;
-        for (index, series) in self.series.iter().enumerate() {
-            let color = PALETTE[index % PALETTE.len()];
-            if let Some(band) = &series.half_band {
-                let floor = if self.y_scale == Scale::Log { bounds.1.0 } else { f64::NEG_INFINITY };
-                let upper = series.points.iter().zip(band).map(|(&(x, y), half)| (x, y + half));
-                let lower =
-                    series.points.iter().zip(band).rev().map(|(&(x, y), half)| (x, (y - half).max(floor)));
-                let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
-                chart.draw_series([Polygon::new(outline, color.mix(0.15))]).map_err(debug)?;
-            }
-            let style = color.stroke_width(3);
-            let points = series.points.iter().copied();
-            let drawn = if series.dashed {
-                chart.draw_series(DashedLineSeries::new(points, 12, 8, style)).map_err(debug)?
-            } else {
-                if series.points.len() <= 20 {
-                    let dots = series.points.iter().map(|&point| Circle::new(point, 6, color.filled()));
-                    chart.draw_series(dots).map_err(debug)?;
-                }
-                chart.draw_series(LineSeries::new(points, style)).map_err(debug)?
+    fn frame(&self, corner: (f64, f64), size: (f64, f64), (x, y): Bounds) -> Frame {
+        let (x0, x1) = match self.x_scale {
+            Scale::Linear if x.1 > x.0 => (x.0 - 0.02 * (x.1 - x.0), x.1 + 0.02 * (x.1 - x.0)),
+            Scale::Linear => (x.0 - 0.5, x.0 + 0.5),
+            Scale::Log => (x.0 / 1.15, x.1 * 1.15),
+        };
+        let (y0, y1) = match self.y_scale {
+            Scale::Linear => (y.0.min(0.0), (1.06 * y.1).max(1e-9)),
+            Scale::Log => (y.0 / 1.25, y.1 * 1.25),
+        };
+        let x = Axis::new(&self.x_label, self.x_scale, x0, x1);
+        let x = match &self.x_ticks {
+            Some(values) => x.ticked_at(values),
+            None => x,
+        };
+        Frame { corner, size, x, y: Axis::new(&self.y_label, self.y_scale, y0, y1) }
+    }
+
+    fn paint(&self, picture: &mut Picture, frame: &Frame) {
+        frame.draw(picture);
+        for series in &self.series {
+            let Some(band) = &series.half_band else { continue };
+            let edge = |sign: f64| {
+                series.points.iter().zip(band).map(move |(&(x, y), half)| frame.place((x, y + sign * half)))
             };
-            let dash = if series.dashed { 10 } else { 44 };
-            drawn.label(&series.label).legend(move |(x, y)| {
-                let first = PathElement::new(vec![(x, y), (x + dash, y)], style);
-                let last = PathElement::new(vec![(x + 44 - dash, y), (x + 44, y)], style);
-                EmptyElement::at((0, 0)) + first + last
-            });
+            let outline: Vec<_> = edge(1.0).chain(edge(-1.0).rev()).collect();
+            if band.iter().any(|half| *half > 0.0) && series.points.len() > 1 {
+                picture.area(outline, series.look.ink, 0.18);
+            }
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .legend_area_size(60)
-            .margin(16)
-            .label_font((font::FAMILY, TICK_PX))
-            .background_style(WHITE.mix(0.85))
-            .border_style(RGBColor(180, 180, 180))
-            .draw()
-            .map_err(debug)
-    }
-}
-
-type Bounds = ((f64, f64), (f64, f64));
-
-/// Tick labels with the digits that the range needs; on a logarithmic axis only 1, 2 and 5 times a power of ten, lest they overlap.
-fn tick_format((low, high): (f64, f64), scale: Scale) -> impl Fn(&f64) -> String {
-    let span = high - low;
-    let digits = if span > 10.0 { 0 } else { (1.5 - span.log10()).ceil().clamp(0.0, 6.0) as usize };
-    move |value: &f64| match scale {
-        Scale::Linear => format!("{value:.digits$}"),
-        Scale::Log => {
-            let leading = (value / 10f64.powf(value.log10().floor())).round();
-            let text = format!("{value:.6}");
-            if [1.0, 2.0, 5.0, 10.0].contains(&leading) { trimmed(&text) } else { String::new() }
+        for series in &self.series {
+            let places: Vec<_> = series.points.iter().map(|&point| frame.place(point)).collect();
+            if places.len() > 1 {
+                picture.line(places.iter().copied(), series.look.stroke(2.0));
+            }
+            let alone = (places.len() == 1).then_some(super::Marker::Diamond);
+            if let Some(marker) = series.look.marker.or(alone) {
+                places.iter().for_each(|&place| picture.marker(place, marker, series.look.ink, 4.5));
+            }
         }
     }
 }
 
-/// The number without zeros that say nothing.
-fn trimmed(number: &str) -> String {
-    if number.contains('.') {
-        number.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        number.to_owned()
+/// Plots side by side under one title and one legend.
+#[derive(Debug, Clone)]
+pub struct Panels {
+    /// Above everything.
+    pub title: String,
+    /// Plots in a row.
+    pub columns: usize,
+    /// Width and height of each, with its labels.
+    pub panel_size: (f64, f64),
+    /// Whether all have the same range of y.
+    pub shared_y: bool,
+    /// The plots.
+    pub panels: Vec<LinePlot>,
+}
+
+impl Panels {
+    /// Lays them out.
+    ///
+    /// # Errors
+    /// When there is no point to draw in one of them.
+    pub fn picture(&self) -> Result<Picture, PlotError> {
+        let nothing =
+            || PlotError { picture: self.title.clone(), reason: "there is nothing to draw".to_owned() };
+        let mut bounds: Vec<Bounds> =
+            self.panels.iter().map(LinePlot::bounds).collect::<Option<_>>().ok_or_else(nothing)?;
+        if self.shared_y {
+            let low = bounds.iter().map(|(_, y)| y.0).fold(f64::INFINITY, f64::min);
+            let high = bounds.iter().map(|(_, y)| y.1).fold(f64::NEG_INFINITY, f64::max);
+            bounds.iter_mut().for_each(|(_, y)| *y = (low, high));
+        }
+        let columns = self.columns.min(self.panels.len()).max(1);
+        let rows = self.panels.len().div_ceil(columns);
+        let width = 2.0 * MARGIN + columns as f64 * self.panel_size.0;
+        let legend =
+            Legend::new(&self.panels.iter().flat_map(|panel| &panel.series).collect::<Vec<_>>(), width);
+        let top = 2.0 * MARGIN + TITLE_SIZE + legend.height();
+        let height = top + rows as f64 * self.panel_size.1 + MARGIN;
+        let mut picture = Picture::new(&self.title, width, height);
+        picture.text(
+            (MARGIN, MARGIN + 0.5 * TITLE_SIZE),
+            &self.title,
+            Lettering::sized(TITLE_SIZE).from_left(),
+        );
+        legend.draw(&mut picture, 1.5 * MARGIN + TITLE_SIZE);
+        for (index, (panel, bounds)) in self.panels.iter().zip(bounds).enumerate() {
+            let (column, row) = ((index % columns) as f64, (index / columns) as f64);
+            let (left, above) = (MARGIN + column * self.panel_size.0, top + row * self.panel_size.1);
+            let title = if panel.title.is_empty() { 0.0 } else { PANEL_TITLE };
+            let corner = (left + LEFT, above + title + 4.0);
+            let size = (self.panel_size.0 - LEFT - RIGHT, self.panel_size.1 - BELOW - title - 4.0);
+            let middle = (corner.0 + 0.5 * size.0, above + 0.5 * PANEL_TITLE);
+            picture.text(middle, &panel.title, Lettering::sized(LEGEND_SIZE).ink(INK));
+            panel.paint(&mut picture, &panel.frame(corner, size, bounds));
+        }
+        Ok(picture)
+    }
+}
+
+/// Names beside samples of their looks, in as many lines as they need.
+pub struct Legend {
+    entries: Vec<(String, Look, (f64, f64))>,
+    lines: usize,
+}
+
+impl Legend {
+    /// The legend of `series`, each name once, in lines at most `width` wide.
+    fn new(series: &[&Series], width: f64) -> Self {
+        let names = series.iter().map(|series| (series.label.clone(), series.look));
+        Self::of(names, width)
+    }
+
+    /// The legend of these names.
+    pub fn of(names: impl IntoIterator<Item = (String, Look)>, width: f64) -> Self {
+        let mut entries: Vec<(String, Look, (f64, f64))> = Vec::new();
+        let (mut x, mut line) = (MARGIN, 0);
+        for (label, look) in names {
+            if entries.iter().any(|(known, ..)| *known == label) {
+                continue;
+            }
+            let wide = 36.0 + text_width(&label, LEGEND_SIZE) + 22.0;
+            if x + wide > width && x > MARGIN {
+                (x, line) = (MARGIN, line + 1);
+            }
+            entries.push((label, look, (x, line as f64 * LEGEND_LINE)));
+            x += wide;
+        }
+        Self { lines: if entries.is_empty() { 0 } else { line + 1 }, entries }
+    }
+
+    /// How high it is.
+    pub fn height(&self) -> f64 {
+        self.lines as f64 * LEGEND_LINE
+    }
+
+    /// Draws it from `top` down.
+    pub fn draw(&self, picture: &mut Picture, top: f64) {
+        for (label, look, (x, y)) in &self.entries {
+            let y = top + y + 0.5 * LEGEND_LINE;
+            look.sample(picture, (*x, y));
+            picture.text((x + 36.0, y), label, Lettering::sized(LEGEND_SIZE).from_left());
+        }
     }
 }
 
@@ -236,7 +246,8 @@ mod tests {
             y_label: "D_geo".to_owned(),
             x_scale: Scale::Log,
             y_scale: Scale::Linear,
-            series: vec![Series { label: "a".to_owned(), half_band: None, points, dashed: false }],
+            x_ticks: None,
+            series: vec![Series { label: "a".to_owned(), half_band: None, points, look: Look::curve(0) }],
         }
     }
 
@@ -252,7 +263,25 @@ mod tests {
 
     #[test]
     fn a_single_point_is_drawn_and_no_point_is_an_error() {
-        assert!(plot(vec![(1.0, 0.2)]).draw().is_ok());
+        let image = plot(vec![(1.0, 0.2)]).draw().unwrap();
+        assert!(
+            image.pixels().filter(|pixel| pixel.0 == [0, 114, 178]).count() > 100,
+            "its marker is missing"
+        );
         assert!(plot(Vec::new()).draw().unwrap_err().to_string().contains("a title"));
+    }
+
+    #[test]
+    fn panels_share_a_range_and_a_legend() {
+        let panels = Panels {
+            title: "all".to_owned(),
+            columns: 2,
+            panel_size: (300.0, 200.0),
+            shared_y: true,
+            panels: vec![plot(vec![(1.0, 0.2), (2.0, 0.1)]), plot(vec![(1.0, 50.0), (2.0, 40.0)])],
+        };
+        let svg = panels.picture().unwrap().svg().unwrap();
+        assert_eq!(svg.matches("\na\n").count(), 1, "one name in the legend: {svg}");
+        assert_eq!(svg.matches("\n40\n").count(), 2, "both panels are ticked to the larger range");
     }
 }

@@ -1,14 +1,20 @@
-//! Pictures: curves as PNG, with a font of our own, so that they look the same on a machine without fonts.
+//! Pictures as PNG and as SVG, with a font of our own, so that they look the same on a machine without fonts.
 
+mod axes;
 mod curves;
 mod film;
 mod font;
 mod line_plot;
+mod look;
+mod picture;
 mod strip;
 
+pub use axes::{Axis, Frame, Scale, TICK_SIZE};
 pub use curves::{PredictorCurve, d_geo_against_steps, per_action_error, training_curve};
 pub use film::encode_gif;
-pub use line_plot::{LinePlot, Scale, Series};
+pub use line_plot::{LEGEND_SIZE, Legend, LinePlot, Panels, Series, TITLE_SIZE};
+pub use look::{Look, PALETTE};
+pub use picture::{Dash, GREY, GRID, INK, Ink, Lettering, Marker, PAPER, Picture, Stroke, text_width};
 pub use strip::{Strip, StripRow};
 
 use image::RgbImage;

@@ -1,5 +1,7 @@
 //! Which augmentations there are, and how strong.
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
@@ -18,11 +20,14 @@ pub struct AugmentConfig {
     pub scale_std: f64,
     /// Largest turn of all colours about the grey axis, as a share of the whole circle; the turn is drawn uniformly from both sides.
     pub hue_shift: f64,
-    /// Standard deviation of the gripper's turn about each of its axes, radian; the actions stay where they are. Never such that the
-    /// gripper closes across the next action, where an expert might take the other half-turn.
+    /// Standard deviation of the gripper's turn about each of its axes, radian; the actions stay where they are. The gripper is moved
+    /// only where an episode begins and while its fingers are to stay open, and never such that it closes across the next action,
+    /// where an expert might take the other half-turn.
     pub gripper_std_rad: f64,
     /// Standard deviation of the gripper's shift along each of its axes, metres; the actions stay where they are.
     pub gripper_std_m: f64,
+    /// Largest turn of the gripper about its approach axis, radian, on top of the other turns; drawn uniformly from both sides.
+    pub gripper_yaw_rad: f64,
     /// Standard deviation of a bend of the scene within the plane across the approach axis: by how much, 0.15 m from the middle,
     /// things are turned (in radian) and stretched. For tasks that follow a drawn curve.
     pub bend_std: f64,
@@ -47,6 +52,7 @@ impl AugmentConfig {
         hue_shift: 0.0,
         gripper_std_rad: 0.0,
         gripper_std_m: 0.0,
+        gripper_yaw_rad: 0.0,
         bend_std: 0.0,
         mirror_share: 0.0,
         half_turn_share: 0.0,
@@ -64,6 +70,7 @@ impl AugmentConfig {
             ("hue_shift", self.hue_shift, 0.5),
             ("gripper_std_rad", self.gripper_std_rad, 1.0),
             ("gripper_std_m", self.gripper_std_m, 1.0),
+            ("gripper_yaw_rad", self.gripper_yaw_rad, PI),
             ("bend_std", self.bend_std, 0.5),
             ("mirror_share", self.mirror_share, 1.0),
             ("half_turn_share", self.half_turn_share, 1.0),

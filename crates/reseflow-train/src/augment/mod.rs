@@ -25,7 +25,7 @@ use scaling::Scaling;
 /// What is done to a window as a whole: to all its frames, its noise and its actions alike.
 ///
 /// Observations and noise follow the gripper's move, the actions do not, because an expert's commands depend on the scene alone (but
-/// for the choice between grasps that are as good as each other).
+/// for the choice between grasps that are as good as each other). So the gripper moves only while it is free ([`is_free`]).
 #[derive(Debug)]
 pub(crate) struct Augmentation {
     scaling: Option<Scaling>,
@@ -42,14 +42,16 @@ pub(crate) struct Augmentation {
 }
 
 impl Augmentation {
-    /// Draws the changes of a window whose latest observation is `latest` and whose next action is `next`; what is switched off
-    /// draws nothing.
+    /// Draws the changes of a window that starts at `step`, whose latest observation is `latest` and whose next action is `next`;
+    /// what is switched off draws nothing.
     pub(crate) fn draw(
+        step: usize,
         latest: &Observation,
         next: &Action,
         config: &AugmentConfig,
         rng: &mut ChaCha8Rng,
     ) -> Self {
+        let is_free = is_free(step, next);
         let scaling = Scaling::draw(&latest.cloud, config.scale_std, rng);
         let mirror = chance(config.mirror_share, rng).then(|| Mirror::of_gripper(&latest.world_from_gripper));
         let is_half_turned = chance(config.half_turn_share, rng);
@@ -77,7 +79,7 @@ impl Augmentation {
                 (drawn.bend_move, gripper, next) = (Some(bend_move), bend_move * gripper, bent);
             }
         }
-        drawn.gripper_move = gripper_move(&gripper, &next, config, rng);
+        drawn.gripper_move = is_free.then(|| gripper_move(&gripper, &next, config, rng)).flatten();
         drawn.noise_move = drawn.gripper_move.map(|gripper_move| gripper * gripper_move * gripper.inverse());
         drawn
     }
@@ -139,6 +141,14 @@ impl Augmentation {
     }
 }
 
+/// Whether the gripper could as well be elsewhere before it takes the action `next` of an episode's `step`: where the episode begins,
+/// and while the fingers are to stay open.
+///
+/// Later on it holds something, or is on its way along something, and its own pose says how far it has come.
+fn is_free(step: usize, next: &Action) -> bool {
+    step == 0 || next.opening > 0.5
+}
+
 /// True with the chance `share`; certain answers draw nothing.
 fn chance(share: f64, rng: &mut ChaCha8Rng) -> bool {
     share > 0.0 && rng.random::<f64>() < share
@@ -153,7 +163,7 @@ const MAX_DRAWS: usize = 16;
 
 /// A move of `gripper`, on the right of its pose, after which an expert would still go to `next` without another half-turn.
 fn gripper_move(gripper: &SE3, next: &SE3, config: &AugmentConfig, rng: &mut ChaCha8Rng) -> Option<SE3> {
-    if config.gripper_std_rad == 0.0 && config.gripper_std_m == 0.0 {
+    if config.gripper_std_rad == 0.0 && config.gripper_std_m == 0.0 && config.gripper_yaw_rad == 0.0 {
         return None;
     }
     let turns = Normal::new(0.0, config.gripper_std_rad).ok()?;
@@ -163,7 +173,10 @@ fn gripper_move(gripper: &SE3, next: &SE3, config: &AugmentConfig, rng: &mut Cha
         .map(|_| {
             let angular = Vector3::from_fn(|_, _| turns.sample(rng));
             let linear = Vector3::from_fn(|_, _| shifts.sample(rng));
-            SE3::exp(&BodyTwist::new(angular, linear))
+            let yaw = (config.gripper_yaw_rad > 0.0)
+                .then(|| rng.random_range(-config.gripper_yaw_rad..=config.gripper_yaw_rad));
+            let turned = SO3::exp(&(Vector3::z() * yaw.unwrap_or_default()));
+            SE3::new(turned, Vector3::zeros()) * SE3::exp(&BodyTwist::new(angular, linear))
         })
         .find(|moved| (gripper.rotation * moved.rotation).act(&Vector3::y()).dot(&closing) >= LEAST_ALONG)
 }
@@ -216,7 +229,7 @@ mod tests {
         let before = seen();
         let (mut after, mut actions, mut noise) =
             (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
-        let drawn = Augmentation::draw(&before, &next(), &AugmentConfig::NONE, &mut one);
+        let drawn = Augmentation::draw(0, &before, &next(), &AugmentConfig::NONE, &mut one);
         drawn.observation(&mut after);
         drawn.actions(&mut actions);
         drawn.noise(&mut noise);
@@ -234,7 +247,7 @@ mod tests {
         let next = Action { world_from_gripper: seen().world_from_gripper, opening: 1.0 };
         for seed in 0..300 {
             let before = seen();
-            let drawn = Augmentation::draw(&before, &next, &config, &mut rng(seed));
+            let drawn = Augmentation::draw(0, &before, &next, &config, &mut rng(seed));
             let (mut after, mut actions, mut noise) =
                 (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
             drawn.observation(&mut after);
@@ -258,6 +271,36 @@ mod tests {
     }
 
     #[test]
+    fn a_gripper_that_may_hold_something_stays_where_it_is() {
+        let config = AugmentConfig { gripper_std_m: 0.05, gripper_yaw_rad: 1.0, ..AugmentConfig::NONE };
+        let closing = Action { opening: 0.0, ..next() };
+        for (step, action, moves) in
+            [(0, closing, true), (1, next(), true), (1, closing, false), (7, closing, false)]
+        {
+            let drawn = Augmentation::draw(step, &seen(), &action, &config, &mut rng(4));
+            assert_eq!(drawn.gripper_move.is_some(), moves, "step {step}, opening {}", action.opening);
+        }
+    }
+
+    #[test]
+    fn a_yawed_gripper_keeps_its_approach_axis_and_covers_the_whole_range() {
+        let config = AugmentConfig { gripper_yaw_rad: 1.2, ..AugmentConfig::NONE };
+        let (gripper, mut yaws) = (seen().world_from_gripper, Vec::new());
+        for seed in 0..300 {
+            let Some(moved) = gripper_move(&gripper, &gripper, &config, &mut rng(seed)) else { continue };
+            let turn = moved.rotation.log();
+            assert!(turn.xy().norm() < 1e-12 && moved.translation.norm() < 1e-12, "{turn:?}");
+            yaws.push(turn.z);
+        }
+        let (low, high) =
+            yaws.iter().fold((0.0_f64, 0.0_f64), |(low, high), &yaw| (low.min(yaw), high.max(yaw)));
+        assert!(
+            yaws.len() == 300 && (-1.2..-1.1).contains(&low) && (1.1..1.2).contains(&high),
+            "{low} to {high}"
+        );
+    }
+
+    #[test]
     fn a_moved_gripper_never_comes_near_the_choice_between_half_turns() {
         let config = AugmentConfig { gripper_std_rad: 0.5, ..AugmentConfig::NONE };
         let gripper = pose(0.7, [0.1, -0.2, 0.5]);
@@ -276,7 +319,7 @@ mod tests {
     fn a_mirrored_scene_leaves_the_gripper_and_keeps_distances_between_cloud_and_actions() {
         let config = AugmentConfig { mirror_share: 1.0, ..AugmentConfig::NONE };
         let before = seen();
-        let drawn = Augmentation::draw(&before, &next(), &config, &mut rng(1));
+        let drawn = Augmentation::draw(0, &before, &next(), &config, &mut rng(1));
         let (mut after, mut actions) = (before.clone(), chunk(pose(2.0, [0.3; 3])));
         drawn.observation(&mut after);
         drawn.actions(&mut actions);
@@ -293,7 +336,7 @@ mod tests {
     fn a_half_turn_swaps_the_fingers_of_gripper_noise_and_actions() {
         let config = AugmentConfig { half_turn_share: 1.0, ..AugmentConfig::NONE };
         let before = seen();
-        let drawn = Augmentation::draw(&before, &next(), &config, &mut rng(1));
+        let drawn = Augmentation::draw(0, &before, &next(), &config, &mut rng(1));
         let (mut after, mut actions, mut noise) =
             (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
         drawn.observation(&mut after);
@@ -317,7 +360,7 @@ mod tests {
         let config = AugmentConfig { mirror_share: 0.3, half_turn_share: 0.6, ..AugmentConfig::NONE };
         let mut rng = rng(5);
         let drawn: Vec<_> =
-            (0..1000).map(|_| Augmentation::draw(&seen(), &next(), &config, &mut rng)).collect();
+            (0..1000).map(|_| Augmentation::draw(0, &seen(), &next(), &config, &mut rng)).collect();
         let mirrored = drawn.iter().filter(|drawn| drawn.mirror.is_some()).count();
         let turned = drawn.iter().filter(|drawn| drawn.is_half_turned).count();
         // Four standard deviations are 62.

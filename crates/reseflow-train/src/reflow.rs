@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{ActionChunk, Dataset, Window, WindowPairs};
-use reseflow_flow::{Coupling, TimeSampling};
+use reseflow_flow::{Coupling, ObjectiveConfig, TimeSampling};
 use serde::{Deserialize, Serialize};
 
 use crate::{PairConfig, TrainConfig, TrainError};
@@ -22,6 +22,10 @@ pub struct ReflowConfig {
     pub warmup: usize,
     /// Flow times.
     pub time: TimeSampling,
+    /// What is minimised; without this table what Flow 1 minimised. A flow between two modes has to be learned as a mean, by squared
+    /// errors; its pairs have one answer each, so a pseudo-Huber loss costs nothing there and keeps the modes apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub objective: Option<ObjectiveConfig>,
     /// The pairs.
     pub pairs: PairConfig,
     /// What the batches are mixed of.
@@ -46,6 +50,7 @@ impl Default for ReflowConfig {
             learning_rate: 1e-3,
             warmup: 100,
             time: TimeSampling::default(),
+            objective: None,
             pairs: PairConfig::default(),
             mixture: MixtureConfig::default(),
         }
@@ -85,6 +90,7 @@ impl ReflowConfig {
             learning_rate: self.learning_rate,
             warmup: self.warmup,
             time: self.time,
+            objective: self.objective.unwrap_or(base.objective),
             seed: base.seed.wrapping_add(round as u64),
             ..base.clone()
         }
@@ -306,5 +312,21 @@ mod tests {
         refused(&elsewhere, HORIZON, "window 3 is step 6 of episode 1");
         elsewhere[3] = WindowPairs { pairs: Vec::new(), ..pairs[3].clone() };
         refused(&elsewhere, HORIZON, "window 3 has no pair");
+    }
+
+    #[test]
+    fn flow_2_minimises_what_flow_1_did_unless_it_is_told_otherwise() {
+        let base = TrainConfig {
+            objective: ObjectiveConfig { nodes: 0.25, ..ObjectiveConfig::default() },
+            ..TrainConfig::default()
+        };
+        let plain = ReflowConfig::default();
+        assert_eq!(plain.training(&base, 1).objective, base.objective);
+        let robust = ObjectiveConfig { pseudo_huber: Some(0.1), ..ObjectiveConfig::default() };
+        let told = ReflowConfig { objective: Some(robust), ..plain };
+        assert_eq!(told.training(&base, 1).objective, robust);
+        let broken = ObjectiveConfig { pseudo_huber: Some(-1.0), ..robust };
+        let fault = ReflowConfig { objective: Some(broken), ..told }.validate(&base).unwrap_err();
+        assert!(fault.to_string().contains("pseudo_huber"), "{fault}");
     }
 }

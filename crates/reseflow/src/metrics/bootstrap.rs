@@ -1,4 +1,4 @@
-//! Percentile bootstrap (Efron, *Bootstrap methods: another look at the jackknife*, 1979) of a mean over episodes.
+//! Percentile bootstrap (Efron, *Bootstrap methods: another look at the jackknife*, 1979) of a statistic over episodes.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -8,21 +8,29 @@ use super::{Interval, mean, quantile};
 
 const RESAMPLES: usize = 2000;
 
-/// The 95 % interval of the mean of `values`, resampled with a fixed seed so that a report repeats itself; `None` for fewer than
-/// two values.
-pub fn bootstrap_mean_interval(values: &[f64]) -> Option<Interval> {
+/// The 95 % interval of `statistic` over `values`, resampled with a fixed seed so that a report repeats itself; `None` for fewer than
+/// two values, or where a resample has no such statistic.
+pub(super) fn bootstrap_interval<T: Copy>(
+    values: &[T],
+    statistic: impl Fn(&[T]) -> Option<f64>,
+) -> Option<Interval> {
     if values.len() < 2 {
         return None;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(3407);
     let mut resample = Vec::with_capacity(values.len());
-    let mut means = Vec::with_capacity(RESAMPLES);
+    let mut found = Vec::with_capacity(RESAMPLES);
     for _ in 0..RESAMPLES {
         resample.clear();
         resample.extend((0..values.len()).map(|_| values[rng.random_range(0..values.len())]));
-        means.push(mean(&resample)?);
+        found.push(statistic(&resample)?);
     }
-    Some(Interval { low: quantile(&means, 0.025)?, high: quantile(&means, 0.975)? })
+    Some(Interval { low: quantile(&found, 0.025)?, high: quantile(&found, 0.975)? })
+}
+
+/// The 95 % interval of the mean of `values`; `None` for fewer than two.
+pub fn bootstrap_mean_interval(values: &[f64]) -> Option<Interval> {
+    bootstrap_interval(values, mean)
 }
 
 #[cfg(test)]

@@ -1,16 +1,20 @@
 //! Figures: distances between trajectories, how they are aggregated, intervals, and the predictors any policy must beat.
 
 mod bootstrap;
+mod calibration;
 mod mean_trajectory;
 mod nearest_demonstration;
+mod paired;
 mod scores;
 mod statistics;
 mod trajectory_error;
 mod wilson;
 
 pub use bootstrap::bootstrap_mean_interval;
+pub use calibration::{Calibration, CalibrationBin};
 pub use mean_trajectory::MeanTrajectory;
 pub use nearest_demonstration::{NEAREST_BY, NearestDemonstration};
+pub use paired::PairedDifference;
 pub use scores::Scores;
 pub use statistics::{mean, quantile, std_ddof1};
 pub use trajectory_error::TrajectoryError;

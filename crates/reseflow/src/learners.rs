@@ -31,6 +31,15 @@ impl Learner {
         }
     }
 
+    /// The folder of its policy among those that ship for a task.
+    pub fn shipped_name(self) -> String {
+        match self {
+            Self::Flow(flow) => format!("flow{flow}"),
+            Self::Baseline => "etseed".to_owned(),
+            Self::Regressor => "regressor".to_owned(),
+        }
+    }
+
     /// The references that `config` asks for.
     pub fn references(config: &ExperimentConfig) -> impl Iterator<Item = Self> {
         let baseline = config.baseline.is_some().then_some(Self::Baseline);

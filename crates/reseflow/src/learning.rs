@@ -1,11 +1,16 @@
 //! Where the runner meets the trainer: progress on the terminal, checkpoints into policies.
 
+mod shipped;
+
+pub use shipped::{find_policies, find_policy};
+
 use std::path::Path;
+use std::time::Instant;
 
 use reseflow_data::{ObservationHistory, Policy};
 use reseflow_train::{
-    DeviceKind, Drawn, EtSeedPolicy, FlowPolicy, PolicyKind, Solver, TrainError, TrainObserver, TrainRequest,
-    TrainSummary, Trainable, TrainedPolicy, UpdateMetrics, ValidationMetrics, read_kind, train,
+    DeviceKind, Drawn, EtSeedPolicy, FlowPolicy, PlanTimes, PolicyKind, Solver, TrainError, TrainObserver,
+    TrainRequest, TrainSummary, Trainable, TrainedPolicy, UpdateMetrics, ValidationMetrics, read_kind, train,
 };
 
 use crate::cli::DeviceArg;
@@ -93,6 +98,27 @@ impl LearnedPolicy {
             Self::Flow(policy) if !policy.model().regression => Some(policy),
             _ => None,
         }
+    }
+
+    /// Plans once for the seed: the seconds of the encoder and of the solver's steps, where it has both apart, and of the whole.
+    ///
+    /// # Errors
+    /// When the observation or the solver is not one that this policy can use.
+    pub fn time_plan(
+        &self,
+        history: &ObservationHistory,
+        seed: u64,
+        solver: &Solver,
+    ) -> anyhow::Result<(Option<PlanTimes>, f64)> {
+        let started = Instant::now();
+        let parts = match self {
+            Self::Flow(policy) => Some(policy.time_plan(history, seed, solver)?),
+            Self::EtSeed(policy) => {
+                policy.draw(std::slice::from_ref(history), &[seed], solver)?;
+                None
+            }
+        };
+        Ok((parts, started.elapsed().as_secs_f64()))
     }
 
     /// The numbers of steps that it is scored with where nothing is said.

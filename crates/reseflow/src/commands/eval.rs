@@ -2,13 +2,15 @@
 
 use crate::cli::EvalArgs;
 use crate::evaluation::{EvalInputs, evaluate};
+use crate::learning::find_policy;
 use crate::output::{OutputFile, Terminal};
 
 /// Runs the command.
 pub(super) fn execute(args: &EvalArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let inputs = EvalInputs {
-        checkpoint: args.checkpoint.clone(),
+        checkpoint: find_policy(&args.checkpoint)?,
         data: args.data.clone(),
+        episodes: None,
         train_data: args.train_data.clone(),
         steps: args.steps.clone(),
         solver: args.solver.choice(!args.steps.is_empty())?,
@@ -17,7 +19,7 @@ pub(super) fn execute(args: &EvalArgs, terminal: &Terminal) -> anyhow::Result<()
         device: args.device.into(),
     };
     let loaded = inputs.load()?;
-    let mut read = vec![args.data.as_path(), &args.checkpoint];
+    let mut read = vec![args.data.as_path(), &inputs.checkpoint];
     read.extend(args.train_data.as_deref());
     let out = OutputFile::claim_apart(&args.out, &read)?;
     let report = evaluate(&inputs, &loaded, terminal)?;

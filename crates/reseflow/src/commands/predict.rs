@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::cli::PredictArgs;
 use crate::error::about_data;
 use crate::evaluation::{noise_seeds, note_task, predict_first};
-use crate::learning::LearnedPolicy;
+use crate::learning::{LearnedPolicy, find_policy};
 use crate::output::{OutputFile, Table, Terminal};
 
 #[derive(Debug, Serialize)]
@@ -24,12 +24,13 @@ struct PredictReport {
 pub(super) fn execute(args: &PredictArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let dataset = Dataset::read(&args.data)?;
     let solver = args.solver.choice(args.steps.is_some())?.with_steps(args.steps.unwrap_or(1));
-    let policy = LearnedPolicy::load(&args.checkpoint, args.device.into())?;
-    let out = OutputFile::claim_apart(&args.out, &[&args.data, &args.checkpoint])?;
+    let checkpoint = find_policy(&args.checkpoint)?;
+    let policy = LearnedPolicy::load(&checkpoint, args.device.into())?;
+    let out = OutputFile::claim_apart(&args.out, &[&args.data, &checkpoint])?;
 
     let seeds = noise_seeds(args.seeds);
     let started = std::time::Instant::now();
-    note_task(&args.checkpoint, &args.data, &dataset, terminal)?;
+    note_task(&checkpoint, &args.data, &dataset, terminal)?;
     let drawn = predict_first(policy.sampler(), &dataset, &seeds, &solver)
         .map_err(|fault| about_data(&args.data, None, fault))?;
     let secs = started.elapsed().as_secs_f64();

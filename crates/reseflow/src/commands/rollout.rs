@@ -6,7 +6,7 @@ use reseflow_data::Task;
 
 use crate::cli::RolloutArgs;
 use crate::error::bad_input;
-use crate::learning::{LearnedPolicy, learned_task};
+use crate::learning::{LearnedPolicy, find_policy, learned_task};
 use crate::output::{OutputFile, Terminal};
 use crate::provenance::Provenance;
 use crate::rollouts::{
@@ -21,15 +21,12 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
     let task = find_split_task(&args.task, args.split, camera)?;
     let device: DeviceKind = args.device.into();
     let choice = args.solver.choice(args.steps.is_some())?;
-    let mut learned = match args.policy.as_str() {
+    let checkpoint = match args.policy.as_str() {
         "expert" | "still" => None,
-        folder => {
-            let folder = Path::new(folder);
-            let policy = LearnedPolicy::load(folder, device)?;
-            check_task(folder, args)?;
-            Some(policy)
-        }
+        given => Some(find_policy(Path::new(given))?),
     };
+    let mut learned = checkpoint.as_deref().map(|folder| LearnedPolicy::load(folder, device)).transpose()?;
+    checkpoint.as_deref().map_or(Ok(()), |folder| check_task(folder, args))?;
     let observation_horizon = learned.as_ref().map_or(1, |policy| policy.sampler().observation_horizon());
     let solver = learned.is_some().then(|| choice.with_steps(args.steps.unwrap_or(1)));
     let mut actor = match (&mut learned, solver) {
@@ -45,8 +42,8 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
         n_action_steps: args.n_action_steps,
         disturb: args.disturb,
     };
-    let checkpoint = solver.map(|_| Path::new(&args.policy));
-    let mut others: Vec<&Path> = args.preview.iter().map(PathBuf::as_path).chain(checkpoint).collect();
+    let mut others: Vec<&Path> =
+        args.preview.iter().map(PathBuf::as_path).chain(checkpoint.as_deref()).collect();
     let log = args.mcap.as_deref().map(|path| OutputFile::claim_apart(path, &others)).transpose()?;
     others.extend(args.mcap.as_deref());
     let out = OutputFile::claim_apart(&args.out, &others)?;
@@ -56,7 +53,7 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
     let mut report =
         RolloutReport::new(&args.policy, solver.as_ref(), &args.task, &split, &request, &results, provenance)
             .under_camera(camera);
-    if let Some(checkpoint) = checkpoint {
+    if let Some(checkpoint) = &checkpoint {
         report = report.of_checkpoint(checkpoint);
     }
     out.write_json(&report)?;

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use reseflow_sim::CameraSettings;
 use reseflow_train::{BaselineConfig, DeviceKind, ModelConfig, ReflowConfig, TrainConfig};
 
-use super::SolverChoice;
+use super::counts::check_counts;
+use super::{EvalConfig, RolloutSection, SamplersConfig, SolverChoice};
 use crate::learners::regressor;
 
 /// An experiment on one task. Every key has a default.
@@ -22,6 +23,10 @@ pub struct ExperimentConfig {
     pub output: PathBuf,
     /// Where to compute.
     pub device: DeviceKind,
+    /// A folder of trained policies (`flow1`, `flow2`, …, `etseed`, `regressor`), or the name of one that ships, to take instead of
+    /// training: the tables `model`, `train`, `reflow` and `baseline` then only say which policies there are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pretrained: Option<PathBuf>,
     /// The demonstrations.
     pub data: DataConfig,
     /// The network and the flow.
@@ -39,6 +44,9 @@ pub struct ExperimentConfig {
     pub regressor: bool,
     /// The scoring on recorded episodes.
     pub eval: EvalConfig,
+    /// Which solvers are compared on Flow 1 and the last flow; without this table none are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samplers: Option<SamplersConfig>,
     /// The rollouts in the simulator.
     pub rollout: RolloutSection,
 }
@@ -60,40 +68,6 @@ pub struct DataConfig {
     pub camera: CameraSettings,
 }
 
-/// How a policy is scored.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct EvalConfig {
-    /// Numbers of integration steps.
-    pub steps: Vec<usize>,
-    /// Noise seeds, from 3407 on.
-    pub seeds: usize,
-    /// How flows are integrated.
-    pub solver: SolverChoice,
-    /// What D̄_geo is where there is one mode only: samples three times as far from both experts count as between them.
-    pub unimodal_d_geo: f64,
-}
-
-/// How a policy is rolled out.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RolloutSection {
-    /// Episodes of the test split.
-    pub episodes: usize,
-    /// Integration steps.
-    pub steps: usize,
-    /// How the flow is integrated.
-    pub solver: SolverChoice,
-    /// Actions executed before the policy looks and plans again.
-    pub n_action_steps: usize,
-    /// Episodes in the MCAP log.
-    pub log_episodes: usize,
-    /// Episodes in the picture.
-    pub picture_episodes: usize,
-    /// Whether each episode is disturbed, before the action step that the task names.
-    pub disturb: bool,
-}
-
 impl Default for ExperimentConfig {
     fn default() -> Self {
         Self {
@@ -101,6 +75,7 @@ impl Default for ExperimentConfig {
             task: "triangle".to_owned(),
             output: PathBuf::from("runs"),
             device: DeviceKind::default(),
+            pretrained: None,
             data: DataConfig::default(),
             model: ModelConfig::default(),
             train: TrainConfig::default(),
@@ -108,6 +83,7 @@ impl Default for ExperimentConfig {
             baseline: None,
             regressor: false,
             eval: EvalConfig::default(),
+            samplers: None,
             rollout: RolloutSection::default(),
         }
     }
@@ -125,69 +101,21 @@ impl Default for DataConfig {
     }
 }
 
-impl Default for EvalConfig {
-    fn default() -> Self {
-        Self {
-            steps: EVAL_STEPS.to_vec(),
-            seeds: 10,
-            solver: SolverChoice::default(),
-            unimodal_d_geo: UNIMODAL_D_GEO,
-        }
-    }
-}
-
-impl Default for RolloutSection {
-    fn default() -> Self {
-        Self {
-            episodes: 50,
-            steps: 1,
-            solver: SolverChoice::default(),
-            n_action_steps: 3,
-            log_episodes: 5,
-            picture_episodes: 4,
-            disturb: false,
-        }
-    }
-}
-
-/// The numbers of integration steps that policies are scored with.
-pub const EVAL_STEPS: [usize; 5] = [1, 2, 10, 50, 100];
-
-/// What a policy reaches where there is one mode only: D̄_geo of the quick start's, on held-out episodes in one step.
-pub const UNIMODAL_D_GEO: f64 = 0.035;
-
-/// The largest count that a configuration may ask for.
-const LARGEST_COUNT: usize = 1_000_000;
-
 impl ExperimentConfig {
     /// Checks what the types cannot say.
     ///
     /// # Errors
     /// A sentence that names the key, what was expected and what was got.
     pub fn validate(&self) -> Result<(), String> {
-        let positive = [
+        check_counts(&[
             ("data.train_episodes", self.data.train_episodes),
             ("data.test_episodes", self.data.test_episodes),
-            ("eval.seeds", self.eval.seeds),
-            ("rollout.episodes", self.rollout.episodes),
-            ("rollout.steps", self.rollout.steps),
-            ("rollout.n_action_steps", self.rollout.n_action_steps),
-            ("rollout.picture_episodes", self.rollout.picture_episodes),
-        ];
-        if let Some((key, _)) = positive.into_iter().find(|(_, value)| *value == 0) {
-            return Err(format!("`{key}` is 0, expected 1 or more"));
-        }
-        if let Some((key, value)) = positive.into_iter().find(|(_, value)| *value > LARGEST_COUNT) {
-            return Err(format!("`{key}` is {value}, expected at most {LARGEST_COUNT}"));
-        }
+        ])?;
+        self.eval.validate()?;
+        self.rollout.validate()?;
+        self.samplers.as_ref().map_or(Ok(()), SamplersConfig::validate)?;
         if self.output.as_os_str().is_empty() {
             return Err("`output` is empty, expected a folder, `.` for this one".to_owned());
-        }
-        if self.eval.steps.is_empty() || self.eval.steps.contains(&0) {
-            return Err(format!(
-                "`eval.steps` is {:?}, expected numbers of steps, each 1 or more",
-                self.eval.steps
-            ));
         }
         let is_folder_name = |name: &str| {
             let plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
@@ -199,14 +127,7 @@ impl ExperimentConfig {
                 "`name` is `{name}`, expected letters, digits, `-`, `_` and `.`: it names a folder"
             ));
         }
-        for (table, solver) in [("eval", self.eval.solver), ("rollout", self.rollout.solver)] {
-            solver.validate().map_err(|fault| format!("`{table}.solver`: {fault}"))?;
-        }
         self.data.camera.validate().map_err(|fault| format!("`data.camera`: {fault}"))?;
-        let unimodal = self.eval.unimodal_d_geo;
-        if !(unimodal.is_finite() && unimodal > 0.0) {
-            return Err(format!("`eval.unimodal_d_geo` is {unimodal}, expected a number greater than 0"));
-        }
         self.model.validate().map_err(|fault| fault.to_string())?;
         self.model.validate_training(&self.train).map_err(|fault| fault.to_string())?;
         if let Some(reflow) = &self.reflow {
@@ -238,6 +159,9 @@ impl ExperimentConfig {
         if self.reflow.is_some() {
             return Err(format!("{what} has no flow that the table `reflow` could straighten"));
         }
+        if self.samplers.is_some() {
+            return Err(format!("{what} has no flow that the table `samplers` could compare solvers on"));
+        }
         if self.regressor {
             return Err(format!("{what} is what `regressor` trains beside a flow: say one of them"));
         }
@@ -268,7 +192,7 @@ impl ExperimentConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{load, parse};
+    use crate::config::{EVAL_STEPS, Override, load, parse};
     use reseflow_train::{Optimizer, Solver};
 
     /// What the paper says of training and sampling ("Training Configuration" and the figures over steps).
@@ -295,6 +219,9 @@ mod tests {
             if path.is_dir() {
                 folders.extend(std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
             } else if path.extension().is_some_and(|extension| extension == "toml") {
+                if path.ends_with("reproduce.toml") {
+                    continue;
+                }
                 let config: ExperimentConfig = load(&path, &[]).unwrap();
                 config.validate().unwrap();
                 assert!(reseflow_sim::tasks().contains(&config.task.as_str()), "{}", path.display());
@@ -305,6 +232,30 @@ mod tests {
             }
         }
         assert!(read > 3, "{read} configurations were found, expected the quick start's and the paper's");
+    }
+
+    #[test]
+    fn every_experiment_of_the_reproduction_is_valid() {
+        let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+        let plan: toml::Table =
+            std::fs::read_to_string(root.join("configs/reproduce.toml")).unwrap().parse().unwrap();
+        let sets = |value: &toml::Value| -> Vec<Override> {
+            value.as_array().unwrap().iter().map(|set| set.as_str().unwrap().parse().unwrap()).collect()
+        };
+        let experiments = plan["experiment"].as_array().unwrap();
+        for experiment in experiments {
+            let name = experiment["name"].as_str().unwrap();
+            let mut overrides = vec![format!("name={name}").parse().unwrap()];
+            overrides.extend(sets(&plan["set"]));
+            overrides.extend(sets(&experiment["set"]));
+            let path = root.join(experiment["config"].as_str().unwrap());
+            let config: ExperimentConfig = load(&path, &overrides).unwrap();
+            config.validate().unwrap_or_else(|fault| panic!("{name}: {fault}"));
+            assert_eq!(config.name, name);
+            let task = if config.task == "coin_toss" { "coin_toss" } else { name.split('-').next().unwrap() };
+            assert_eq!(config.task, task);
+        }
+        assert!(experiments.len() > 10);
     }
 
     #[test]
@@ -333,6 +284,14 @@ mod tests {
             ("eval.steps=[]", "eval.steps"),
             ("rollout.steps=0", "rollout.steps"),
             ("rollout.picture_episodes=0", "rollout.picture_episodes"),
+            ("rollout.variants=[]", "rollout.variants"),
+            ("rollout.variants=[\"replan\", \"disturbed\", \"replan\"]", "rollout.variants"),
+            ("eval.splits=[\"wide\"]", "eval.splits"),
+            ("eval.splits=[\"test\", \"wide\", \"wide\"]", "eval.splits"),
+            ("eval.baseline_episodes=0", "eval.baseline_episodes"),
+            ("samplers.kinds=[]", "samplers.kinds"),
+            ("samplers.evaluations=[1, 0]", "samplers.evaluations"),
+            ("samplers.tolerances=[-1.0]", "samplers.tolerances"),
             ("output=", "output"),
             ("data.camera.drop_fraction=2", "data.camera"),
             ("name=../elsewhere", "name"),

@@ -1,16 +1,23 @@
 //! Configuration: strict TOML files and overrides on the command line.
 
+mod acting;
+mod counts;
 mod experiment;
 mod nearest;
 mod overrides;
+mod samplers;
+mod scoring;
 mod solver;
 mod strict;
 
 use std::path::Path;
 
-pub use experiment::{DataConfig, EVAL_STEPS, EvalConfig, ExperimentConfig, RolloutSection, UNIMODAL_D_GEO};
+pub use acting::{RolloutSection, RolloutVariant};
+pub use experiment::{DataConfig, ExperimentConfig};
 pub use nearest::nearest;
 pub use overrides::Override;
+pub use samplers::SamplersConfig;
+pub use scoring::{EVAL_STEPS, EvalConfig, EvalSplit, UNIMODAL_D_GEO};
 pub use solver::{SolverChoice, SolverKind};
 pub use strict::{load, parse};
 

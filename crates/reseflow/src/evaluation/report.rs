@@ -3,10 +3,11 @@
 use reseflow_data::Split;
 use serde::{Deserialize, Serialize};
 
-use super::{ModeScores, TrivialScores};
-use crate::metrics::Scores;
+use super::{ModeScores, TrivialScores, TurnedScores};
+use crate::metrics::{Calibration, PairedDifference, Scores};
 use crate::output::Table;
 use crate::provenance::Provenance;
+use crate::rollouts::LatencyMillis;
 
 /// What a policy scores with one number of integration steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,11 +25,40 @@ pub struct StepRow {
     pub per_node: Vec<f64>,
     /// Node-wise consistency: the nodes' mean distance from the consensus.
     pub node_spread: Option<f64>,
+    /// Whether the nodes' distance from the consensus tells how large the error is; none where they have no spread.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<Calibration>,
+    /// What a single plan takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency: Option<PlanLatency>,
     /// How the samples lie about both experts, where the episodes have two.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modes: Option<ModeScores>,
     /// Wall-clock seconds for all samples of this row.
     pub secs: f64,
+}
+
+/// The wall-clock time of single plans, graph building included.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanLatency {
+    /// Graph and encoder, once an observation; of a flow or regressor.
+    pub encoder_ms: Option<LatencyMillis>,
+    /// Noise and all steps.
+    pub decoder_ms: Option<LatencyMillis>,
+    /// All of it.
+    pub whole_ms: LatencyMillis,
+}
+
+/// What fewer steps cost, or gain, against the most.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StepsDifference {
+    /// The row's steps.
+    pub steps: usize,
+    /// The steps that it is compared with.
+    pub against: usize,
+    /// D̄_geo of the row minus that of the other.
+    #[serde(flatten)]
+    pub d_geo: PairedDifference,
 }
 
 /// The mean squared distance between drift and displacement along the flow, metres weighted by 1/ℓ.
@@ -50,6 +80,12 @@ pub struct EvalReport {
     /// How straight the flow is; reports of older versions do not say.
     #[serde(default)]
     pub straightness: Option<StraightnessRow>,
+    /// Every other row against the one with the most steps, episode by episode.
+    #[serde(default)]
+    pub against_most_steps: Vec<StepsDifference>,
+    /// How the answers to turned scenes differ from the turned answers; on the turned split of a run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turned: Option<TurnedScores>,
     /// What trivial predictors score on the same episodes.
     pub trivial: Option<TrivialScores>,
     /// The task, as the data's file says; `null` where it does not.
@@ -74,6 +110,19 @@ pub struct EvalReport {
     pub config: serde_json::Value,
     /// Where the figures come from.
     pub provenance: Provenance,
+}
+
+impl StepsDifference {
+    /// Every other row against the one with the most steps; none where there is only one.
+    pub fn of(rows: &[StepRow]) -> Vec<Self> {
+        let Some(most) = rows.iter().max_by_key(|row| row.steps) else { return Vec::new() };
+        let others = rows.iter().filter(|row| row.steps != most.steps);
+        let compared = others.filter_map(|row| {
+            let d_geo = PairedDifference::between(&row.scores.per_episode, &most.scores.per_episode)?;
+            Some(Self { steps: row.steps, against: most.steps, d_geo })
+        });
+        compared.collect()
+    }
 }
 
 impl EvalReport {

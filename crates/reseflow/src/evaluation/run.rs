@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use reseflow_data::{Dataset, DatasetFile, Episode, ObservationHistory, Split};
 
-use super::{EvalReport, StraightnessRow, noise_seeds, score_steps, trivial_scores};
+use super::latency::plan_latency;
+use super::{
+    EvalReport, SamplePolicy, StepsDifference, StraightnessRow, noise_seeds, score_steps, trivial_scores,
+};
 use crate::config::SolverChoice;
 use crate::error::about_data;
 use crate::learning::{LearnedPolicy, learned_task};
@@ -25,6 +28,8 @@ pub struct EvalInputs {
     pub checkpoint: PathBuf,
     /// The held-out episodes.
     pub data: PathBuf,
+    /// How many of them, from the first; `None` for all.
+    pub episodes: Option<usize>,
     /// The training episodes, for the trivial predictors.
     pub train_data: Option<PathBuf>,
     /// Numbers of integration steps; none stand for the usual ones of the policy's kind.
@@ -46,14 +51,28 @@ pub struct Loaded {
     training: Option<Dataset>,
 }
 
+impl Loaded {
+    /// What is drawn from.
+    pub(super) fn sampler(&self) -> &dyn SamplePolicy {
+        self.policy.sampler()
+    }
+
+    /// The held-out episodes.
+    pub(super) fn held_out(&self) -> &DatasetFile {
+        &self.held_out
+    }
+}
+
 impl EvalInputs {
     /// Reads the files.
     ///
     /// # Errors
     /// What is wrong with one of them.
     pub fn load(&self) -> anyhow::Result<Loaded> {
+        let mut held_out = DatasetFile::read(&self.data)?;
+        held_out.dataset.episodes.truncate(self.episodes.unwrap_or(usize::MAX));
         Ok(Loaded {
-            held_out: DatasetFile::read(&self.data)?,
+            held_out,
             training: self.train_data.as_deref().map(Dataset::read).transpose()?,
             policy: LearnedPolicy::load(&self.checkpoint, self.device)?,
         })
@@ -80,8 +99,9 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
     let mut rows = Vec::with_capacity(solvers.len());
     let about = |fault| about_data(&inputs.data, None, fault);
     for solver in &solvers {
-        let row = score_steps(policy.sampler(), &held_out.dataset, &seeds, solver, inputs.unimodal_d_geo)
+        let mut row = score_steps(policy.sampler(), &held_out.dataset, &seeds, solver, inputs.unimodal_d_geo)
             .map_err(about)?;
+        row.latency = plan_latency(policy, &held_out.dataset, solver, row.evaluations).map_err(about)?;
         tracing::info!(
             solver = row.solver,
             steps = row.steps,
@@ -98,7 +118,9 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
         training.as_ref().map(|training| trivial_scores(training, &held_out.dataset)).transpose()?;
     let text = |path: &PathBuf| path.display().to_string();
     Ok(EvalReport {
+        against_most_steps: StepsDifference::of(&rows),
         rows,
+        turned: None,
         straightness: policy
             .flow()
             .map(|flow| straightness(flow, &held_out.dataset))

@@ -1,12 +1,13 @@
 //! From a policy's samples to a row of figures.
 
 use reseflow_data::{Dataset, ObservationHistory};
+use reseflow_lie::GeodesicDistance;
 use reseflow_train::{Drawn, Solver};
 
 use super::StepRow;
 use super::modes::score_modes;
 use crate::error::bad_input;
-use crate::metrics::{Scores, TrajectoryError, mean};
+use crate::metrics::{Calibration, Scores, TrajectoryError, mean};
 use crate::rollouts::FIRST_SEED;
 
 /// Something that draws trajectories: a trained policy, or a stand-in whose errors are known.
@@ -81,6 +82,14 @@ pub fn score_steps(
         });
         mean(&errors.map(|error| error.d_geo()).collect::<Vec<_>>())
     };
+    let sure = samples.iter().zip(&dataset.episodes).flat_map(|(of_episode, truth)| {
+        of_episode.iter().filter_map(|sample| Some((sample, error_of(&sample.consensus, truth)?)))
+    });
+    let of_actions = sure.flat_map(|(sample, error)| {
+        let errors: Vec<f64> = error.poses.iter().map(GeodesicDistance::d_geo).collect();
+        sample.spread.iter().copied().zip(errors)
+    });
+    let calibration = Calibration::of(&of_actions.collect::<Vec<_>>());
     let spreads: Vec<f64> = samples.iter().flatten().flat_map(|sample| &sample.spread).copied().collect();
     Ok(StepRow {
         steps,
@@ -89,6 +98,8 @@ pub fn score_steps(
         scores,
         per_node: (0..nodes).filter_map(of_node).collect(),
         node_spread: mean(&spreads),
+        calibration,
+        latency: None,
         modes: score_modes(&samples, dataset, unimodal_d_geo),
         secs,
     })
@@ -165,6 +176,9 @@ mod tests {
         assert_eq!(row.per_node.len(), 2);
         assert!((row.per_node[1] - 0.4).abs() < 1e-12);
         assert!((row.node_spread.unwrap() - 0.2).abs() < 1e-12);
+        let calibration = row.calibration.unwrap();
+        assert!(calibration.spearman > 0.9, "the spread is the error, up to ties: {calibration:?}");
+        assert_eq!(calibration.bins.iter().map(|bin| bin.actions).sum::<usize>(), 3 * 3 * 2);
         let more = score(&dataset, 3, 10).unwrap();
         assert!((more.scores.d_geo_mean - 0.02).abs() < 1e-12);
         assert_eq!((more.steps, more.evaluations), (10, 10));

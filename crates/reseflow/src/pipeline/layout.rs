@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::RolloutSeries;
+use crate::config::EvalSplit;
 use crate::learners::Learner;
 
 /// The paths inside a run's folder.
@@ -56,17 +58,30 @@ impl Layout {
         self.root.join("data").join(Learner::Flow(flow).name("pairs") + ".npz")
     }
 
+    /// The name of a policy's evaluation on a split: its stage's, and its result's.
+    pub fn eval_name(learner: Learner, split: EvalSplit) -> String {
+        match split {
+            EvalSplit::Test => learner.name("eval"),
+            other => learner.name(&format!("eval-{}", other.name())),
+        }
+    }
+
     /// The result of a policy's evaluation.
-    pub fn eval(&self, learner: Learner) -> PathBuf {
-        self.root.join(learner.name("eval") + ".json")
+    pub fn eval(&self, learner: Learner, split: EvalSplit) -> PathBuf {
+        self.root.join(Self::eval_name(learner, split) + ".json")
     }
 
-    /// The rollouts' result.
-    pub fn rollout(&self) -> PathBuf {
-        self.root.join("rollout.json")
+    /// The comparison of solvers.
+    pub fn samplers(&self) -> PathBuf {
+        self.root.join("samplers.json")
     }
 
-    /// The rollouts' log.
+    /// The result of a series of rollouts.
+    pub fn rollout(&self, series: &RolloutSeries) -> PathBuf {
+        self.root.join(format!("{}.json", series.name))
+    }
+
+    /// The log of the first series.
     pub fn log(&self) -> PathBuf {
         self.root.join("rollout.mcap")
     }

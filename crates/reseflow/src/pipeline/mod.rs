@@ -1,10 +1,14 @@
 //! `reseflow run`: data, training, evaluation and rollouts as one resumable pipeline.
 
+mod acting;
 mod layout;
+mod policies;
+mod scoring;
 mod stages;
 mod stamp;
 mod summary;
 
+pub use acting::RolloutSeries;
 pub use layout::Layout;
 pub use stamp::{StageRun, Stamps};
 pub use summary::RunSummary;

@@ -98,7 +98,7 @@ fn contents(outputs: &[PathBuf]) -> Option<Vec<String>> {
 }
 
 /// The content hash of a file, or of every file in a folder with its name.
-fn content(path: &Path) -> std::io::Result<String> {
+pub(super) fn content(path: &Path) -> std::io::Result<String> {
     let mut hasher = blake3::Hasher::new();
     if path.is_dir() {
         let mut entries = std::fs::read_dir(path)?.collect::<std::io::Result<Vec<_>>>()?;

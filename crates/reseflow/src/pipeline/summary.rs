@@ -6,8 +6,8 @@ use anyhow::Context;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Layout, StageRun};
-use crate::config::ExperimentConfig;
+use super::{Layout, RolloutSeries, StageRun};
+use crate::config::{EvalSplit, ExperimentConfig};
 use crate::evaluation::{EvalReport, ModeScores, StraightnessRow};
 use crate::learners::Learner;
 use crate::output::Table;
@@ -60,6 +60,8 @@ pub struct RunSummary {
     pub success_low: f64,
     /// The upper end.
     pub success_high: f64,
+    /// Every series of rollouts; the figures above are those of the first.
+    pub series: Vec<SeriesSummary>,
     /// Median and 99th percentile of the policy's latency, milliseconds.
     pub latency_ms: Option<(f64, f64)>,
     /// The stages and their times.
@@ -72,6 +74,38 @@ pub struct RunSummary {
     pub folder: PathBuf,
     /// The whole resolved configuration.
     pub config: ExperimentConfig,
+}
+
+/// What a series of rollouts amounts to.
+#[derive(Debug, Clone, Serialize)]
+pub struct SeriesSummary {
+    /// The name of its result, without the ending.
+    pub name: String,
+    /// Who acted, or in which way.
+    pub title: String,
+    /// Closed-loop episodes.
+    pub episodes: usize,
+    /// How many succeeded.
+    pub successes: usize,
+    /// The lower end of Wilson's 95 % interval.
+    pub success_low: f64,
+    /// The upper end.
+    pub success_high: f64,
+}
+
+impl SeriesSummary {
+    fn new(series: RolloutSeries, report: &RolloutReport) -> Self {
+        let RolloutReport { episodes, successes, success_low, success_high, .. } = *report;
+        let RolloutSeries { name, title, .. } = series;
+        Self { name, title, episodes, successes, success_low, success_high }
+    }
+
+    fn text(&self) -> String {
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let rate = percent(self.successes as f64 / self.episodes.max(1) as f64);
+        let (low, high) = (percent(self.success_low), percent(self.success_high));
+        format!("{} of {}: {rate} (95 %, Wilson: {low} to {high})", self.successes, self.episodes)
+    }
 }
 
 /// What one of a run's flows amounts to.
@@ -138,14 +172,23 @@ impl RunSummary {
         secs: f64,
     ) -> anyhow::Result<Self> {
         let evals: Vec<EvalReport> = (1..=config.flows())
-            .map(|flow| read(&layout.eval(Learner::Flow(flow))))
+            .map(|flow| read(&layout.eval(Learner::Flow(flow), EvalSplit::Test)))
             .collect::<anyhow::Result<_>>()?;
         let eval = evals.last().context("nothing was evaluated")?;
         let reference = |learner: Learner| -> anyhow::Result<Option<Vec<(usize, f64)>>> {
             let trained = Learner::references(config).any(|other| other == learner);
-            Ok(trained.then(|| read(&layout.eval(learner))).transpose()?.as_ref().map(by_steps))
+            Ok(trained
+                .then(|| read(&layout.eval(learner, EvalSplit::Test)))
+                .transpose()?
+                .as_ref()
+                .map(by_steps))
         };
-        let rollout: RolloutReport = read(&layout.rollout())?;
+        let mut rollouts: Vec<(RolloutSeries, RolloutReport)> = Vec::new();
+        for series in RolloutSeries::all(config) {
+            let report = read(&layout.rollout(&series))?;
+            rollouts.push((series, report));
+        }
+        let (_, rollout) = rollouts.first().context("nobody acted")?;
         let fewest = eval.rows.iter().min_by_key(|row| row.steps).context("the evaluation holds no row")?;
         let scores = &fewest.scores;
         let trivial = eval.trivial.as_ref();
@@ -173,7 +216,11 @@ impl RunSummary {
             successes: rollout.successes,
             success_low: rollout.success_low,
             success_high: rollout.success_high,
-            latency_ms: rollout.plan_latency_ms.map(|latency| (latency.p50, latency.p99)),
+            series: rollouts
+                .iter()
+                .map(|(series, report)| SeriesSummary::new(series.clone(), report))
+                .collect(),
+            latency_ms: rollout.plan_latency_ms.as_ref().map(|latency| (latency.p50, latency.p99)),
             stages,
             secs,
             peak_memory_mib: peak_memory_mib(),
@@ -214,13 +261,9 @@ impl RunSummary {
             );
             table.fact("trivial predictors", text);
         }
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        let (low, high) = (percent(self.success_low), percent(self.success_high));
-        let rate = percent(self.successes as f64 / self.rollouts.max(1) as f64);
-        table.fact(
-            "closed-loop success",
-            format!("{} of {}: {rate} (95 %, Wilson: {low} to {high})", self.successes, self.rollouts),
-        );
+        for series in &self.series {
+            table.fact(&format!("success, {}", series.title), series.text());
+        }
         if let Some((p50, p99)) = self.latency_ms {
             table.fact("policy latency", format!("{p50:.2} ms median, {p99:.2} ms 99th percentile"));
         }
@@ -242,7 +285,8 @@ impl RunSummary {
     }
 }
 
-fn read<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
+/// Reads a result of a stage.
+pub(super) fn read<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
 }

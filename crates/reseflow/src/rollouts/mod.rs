@@ -10,6 +10,7 @@ pub use episodes::{Actor, EpisodeResult, RolloutRequest, Script, run_episodes};
 pub use pictures::PictureBook;
 pub use report::{LatencyMillis, RolloutReport};
 pub use turned::TurnedTask;
+pub(crate) use turned::{motion_of, move_action, move_observation};
 pub use witness::Witness;
 
 use std::path::Path;

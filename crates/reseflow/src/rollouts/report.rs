@@ -29,7 +29,8 @@ pub struct LatencyMillis {
 }
 
 impl LatencyMillis {
-    fn of(secs: &[f64]) -> Option<Self> {
+    /// Of calls that took so many seconds each; `None` for no call.
+    pub fn of(secs: &[f64]) -> Option<Self> {
         let millis: Vec<f64> = secs.iter().map(|secs| 1e3 * secs).collect();
         let at = |q| quantile(&millis, q);
         Some(Self { calls: millis.len(), p50: at(0.5)?, p95: at(0.95)?, p99: at(0.99)?, max: at(1.0)? })

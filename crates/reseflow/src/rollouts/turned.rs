@@ -28,7 +28,7 @@ struct TurnedPolicy {
 }
 
 /// The motion of the episode that `key` names: uniform on SO(3), and a shift.
-fn motion_of(key: &EpisodeKey) -> SE3 {
+pub(crate) fn motion_of(key: &EpisodeKey) -> SE3 {
     let mut rng = key.rng("turned");
     let rotation = SO3::sample_haar(&mut rng);
     let shift = Vector3::from_fn(|_, _| rng.random_range(-MAX_SHIFT_M..MAX_SHIFT_M));
@@ -39,11 +39,13 @@ fn move_point(motion: &SE3, point: [f64; 3]) -> [f64; 3] {
     motion.act(&Vector3::from(point)).into()
 }
 
-fn move_action(motion: &SE3, action: &Action) -> Action {
+/// The command in the moved world.
+pub(crate) fn move_action(motion: &SE3, action: &Action) -> Action {
     Action { world_from_gripper: *motion * action.world_from_gripper, opening: action.opening }
 }
 
-fn move_observation(motion: &SE3, mut observation: Observation) -> Observation {
+/// The observation in the moved world.
+pub(crate) fn move_observation(motion: &SE3, mut observation: Observation) -> Observation {
     for point in &mut observation.cloud.points {
         *point = move_point(motion, point.map(f64::from)).map(|coordinate| coordinate as f32);
     }

@@ -11,5 +11,7 @@ mod recording;
 mod references;
 mod reflow;
 mod resume;
+mod shipped;
+mod splits;
 mod support;
 mod twists;

@@ -1,0 +1,20 @@
+//! Counts that a configuration may ask for.
+
+/// The largest of them; more is a slip of the keyboard.
+const LARGEST_COUNT: usize = 1_000_000;
+
+/// Checks that each value is at least 1 and not absurd.
+///
+/// # Errors
+/// A sentence that names the first key that is not.
+pub(super) fn check_counts(counts: &[(&str, usize)]) -> Result<(), String> {
+    for (key, value) in counts {
+        if *value == 0 {
+            return Err(format!("`{key}` is 0, expected 1 or more"));
+        }
+        if *value > LARGEST_COUNT {
+            return Err(format!("`{key}` is {value}, expected at most {LARGEST_COUNT}"));
+        }
+    }
+    Ok(())
+}

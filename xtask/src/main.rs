@@ -7,6 +7,7 @@ mod bench;
 mod ci;
 mod demo;
 mod process;
+mod reproduce;
 mod test_runner;
 mod tidy;
 mod workspace;
@@ -37,6 +38,7 @@ enum Command {
     Ci(ci::Args),
     Tidy(tidy::Args),
     Bench(bench::Args),
+    Reproduce(reproduce::Args),
 }
 
 fn main() -> ExitCode {
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Command::Ci(args) => ci::run(&args),
         Command::Tidy(args) => tidy::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Reproduce(args) => reproduce::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

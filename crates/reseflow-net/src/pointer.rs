@@ -67,6 +67,9 @@ impl PointerAttention {
     /// - `tokens`: scalars `[B·Q, D]`, vectors `[3, B·Q, V]`
     /// - `memory`: scalars `[B·M, D']`, vectors `[3, B·M, V']`
     /// - output: scalars `[B·Q, D]`, vectors `[3, B·Q, V]`
+    ///
+    /// # Panics
+    /// Where a tensor has another shape, or no whole number of rows for each scene.
     pub fn forward(&self, scenes: usize, tokens: &Features, memory: &Features) -> Features {
         let heads = self.heads;
         let ([token_rows, scalars], [_, _, vectors]) = (tokens.scalars.dims(), tokens.vectors.dims());
@@ -107,10 +110,10 @@ impl PointerAttention {
         let heads = self.heads;
         let ([_, token_rows, _], [_, memory_rows, _]) = (tips.dims(), places.dims());
         let (queries, keys) = (token_rows / scenes, memory_rows / scenes);
-        let tips = tips.reshape([3, scenes, queries, heads]).permute([1, 3, 2, 0]);
-        let places = places.reshape([3, scenes, 1, keys]).permute([1, 2, 0, 3]);
-        let squared = tips.clone().square().sum_dim(3) + places.clone().square().sum_dim(2)
-            - tips.matmul(places.repeat_dim(1, heads)).mul_scalar(2.0);
+        let tips = tips.reshape([3, scenes, queries, heads, 1]).swap_dims(2, 3);
+        // By differences: |a|² + |b|² − 2ab leaves the rounding of its terms, which are large in a scene metres wide.
+        let apart = tips - places.reshape([3, scenes, 1, 1, keys]);
+        let squared = apart.square().sum_dim(0).reshape([scenes, heads, queries, keys]);
 
         let query = self.query.forward(tokens.scalars.clone());
         let [_, width] = query.dims();

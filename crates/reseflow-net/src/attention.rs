@@ -48,6 +48,9 @@ impl InvariantAttention {
     /// - `tokens`: scalars `[B·Q, D]`
     /// - `memory`: scalars `[B·M, D']`, vectors `[3, B·M, V']`
     /// - output: scalars `[B·Q, D]`, vectors `[3, B·Q, V]`
+    ///
+    /// # Panics
+    /// Where a tensor has another shape, or no whole number of rows for each scene.
     pub fn forward(&self, scenes: usize, tokens: &Features, memory: &Features) -> Features {
         let [token_rows, _] = tokens.scalars.dims();
         let [memory_rows, _] = memory.scalars.dims();

@@ -54,6 +54,9 @@ impl Convolution {
     /// - `sources`: S nodes, scalars `[S, C]` and, where the config says so, vectors `[3, S, C]`
     /// - `receiver_scalars`: `[P, C]`
     /// - output: scalars `[P, C]`, vectors `[3, P, C]`
+    ///
+    /// # Panics
+    /// Where a tensor has another shape, or the edges have another radial basis.
     pub fn forward(&self, sources: &Features, receiver_scalars: Tensor<2>, edges: &EdgeTensors) -> Features {
         // What both ends contribute is linear, so it is computed at the nodes and only then spread over the edges.
         let activations = EdgeActivations {

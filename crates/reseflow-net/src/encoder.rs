@@ -118,6 +118,9 @@ pub struct EncodedScenes {
 
 impl Encoder {
     /// Encodes a batch of scenes, each in its centroid's frame.
+    ///
+    /// # Panics
+    /// Where the batch was collated with other radial bases.
     pub fn forward(&self, batch: &SceneBatch) -> EncodedScenes {
         let scenes = batch.len();
         let embedded = self.embed.forward(batch.colors.clone()).tanh();

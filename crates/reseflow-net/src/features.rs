@@ -5,6 +5,8 @@
 
 use burn::tensor::Tensor;
 
+use crate::shape::must_be;
+
 /// Features of P points with C channels per degree.
 #[derive(Debug, Clone)]
 pub struct Features {
@@ -16,7 +18,12 @@ pub struct Features {
 
 impl Features {
     /// The sum of features of the same sizes.
+    ///
+    /// # Panics
+    /// Where the sizes differ.
     pub fn plus(self, other: Self) -> Self {
+        must_be("sum of scalars", self.scalars.dims(), other.scalars.dims());
+        must_be("sum of vectors", self.vectors.dims(), other.vectors.dims());
         Self { scalars: self.scalars + other.scalars, vectors: self.vectors + other.vectors }
     }
 
@@ -33,6 +40,9 @@ impl Features {
 /// # Shapes
 /// - a, b: `[3, P, C]`
 /// - output: `[P, C]`
+///
+/// # Panics
+/// Where the shapes do not go together.
 pub fn dot(a: Tensor<3>, b: Tensor<3>) -> Tensor<2> {
     let [_, points, channels] = a.dims();
     (a * b).sum_dim(0).reshape([points, channels])
@@ -44,6 +54,9 @@ pub fn dot(a: Tensor<3>, b: Tensor<3>) -> Tensor<2> {
 /// - a: `[3, P, C]`
 /// - b: `[3, P, C]` or `[3, P, 1]`
 /// - output: `[3, P, C]`
+///
+/// # Panics
+/// Where the shapes do not go together.
 pub fn cross(a: Tensor<3>, b: Tensor<3>) -> Tensor<3> {
     let [ax, ay, az] = [0, 1, 2].map(|i| a.clone().narrow(0, i, 1));
     let [bx, by, bz] = [0, 1, 2].map(|i| b.clone().narrow(0, i, 1));

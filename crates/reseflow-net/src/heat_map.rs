@@ -35,6 +35,9 @@ impl HeatMap {
     /// # Shapes
     /// - `features`: scalars `[B·M, C]`, vectors `[3, B·M, C]`
     /// - output: weights `[B, K, M]`, each row a distribution over the centres
+    ///
+    /// # Panics
+    /// Where a tensor has another shape, or no whole number of rows for each scene.
     pub fn weights(&self, scenes: usize, features: &Features) -> Tensor<3> {
         let norms = crate::dot(features.vectors.clone(), features.vectors.clone()).add_scalar(1e-6).sqrt();
         let logits = self.logits.forward(Tensor::cat(vec![features.scalars.clone(), norms], 1));
@@ -48,6 +51,9 @@ impl HeatMap {
     /// - `weights`: `[B, K, M]`
     /// - `features`: scalars `[B·M, C]`, vectors `[3, B·M, C']`
     /// - output: scalars `[B·K, C]`, vectors `[3, B·K, C']`
+    ///
+    /// # Panics
+    /// Where a tensor has another shape.
     pub fn pool(weights: &Tensor<3>, features: Features) -> Features {
         let [scenes, nodes, centres] = weights.dims();
         let ([_, scalar_width], [_, _, vector_width]) = (features.scalars.dims(), features.vectors.dims());

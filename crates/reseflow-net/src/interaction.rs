@@ -50,6 +50,9 @@ impl InteractionConfig {
 impl Interaction {
     /// # Shapes
     /// - input and output: scalars `[P, D]`, vectors `[3, P, V]`
+    ///
+    /// # Panics
+    /// Where a tensor has another shape.
     pub fn forward(&self, input: Features) -> Features {
         let [scalar_width, vector_width] = self.config;
         let [_, points, _] = input.vectors.dims();

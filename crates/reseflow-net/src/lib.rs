@@ -11,6 +11,11 @@
 //! Beside it stands an SE(3)-Transformer for features of any degree: [`irreps`] has the mathematics, [`degrees`] the layers, and
 //! [`SE3Transformer`] and [`SE3ManiNet`] are built of them.
 //!
+//! # Errors and panics
+//! What comes from data or a configuration is refused with a [`NetError`]: clouds, grippers, sizes, lists that do not go together. A
+//! tensor of another shape than a layer's weights were drawn for is a mistake of the program, and forward passes panic on it, as burn's
+//! modules do.
+//!
 //! # Devices and gradients
 //! What takes longest is computed by operations of this crate's own ([`message`], [`degrees`], [`silu`]) that run on burn's flex and
 //! ndarray, with autodiff and without. On any other device the same is composed of burn's operations, which is slower and which no test
@@ -38,6 +43,7 @@ mod neighbors;
 mod pointer;
 mod radial;
 mod scene_batch;
+mod shape;
 pub mod silu;
 mod tokens;
 mod transformer;

@@ -29,12 +29,24 @@ pub struct EdgeTensors {
 
 impl EdgeTensors {
     /// Lays `lists` behind one another, each with the number of nodes that its sources index; all have the same edges per receiver.
+    ///
+    /// # Errors
+    /// [`NetError::Config`] where the radial basis makes no sense; [`NetError::Mismatch`] where there is no list, lists differ in their
+    /// edges per receiver, or one has not as many displacements and weights as sources, or a source that is no node.
     pub fn collate<'a>(
         lists: impl IntoIterator<Item = (&'a EdgeList, usize)>,
         radial_basis: &RadialBasis,
         device: &Device,
-    ) -> Self {
-        edge_tensors(lists.into_iter(), radial_basis, device)
+    ) -> Result<Self, NetError> {
+        radial_basis.validate("radial_basis")?;
+        let lists: Vec<(&EdgeList, usize)> = lists.into_iter().collect();
+        let Some((first, _)) = lists.first() else {
+            return Err(NetError::Mismatch { what: "lists of edges in a batch", expected: 1, got: 0 });
+        };
+        for (list, nodes) in &lists {
+            check(list, *nodes, first.per_receiver)?;
+        }
+        Ok(edge_tensors(&lists, radial_basis, device))
     }
 }
 
@@ -110,16 +122,16 @@ impl SceneBatch {
             colors: floats(colors, [points, 3], device),
             centres: indices(centres, device),
             centre_vectors: centre_vectors(&graphs, grippers, device),
-            point_edges: edge_tensors(
+            point_edges: EdgeTensors::collate(
                 graphs.iter().map(|graph| (&graph.point_edges, graph.positions_m.len())),
                 point_radial,
                 device,
-            ),
-            centre_edges: edge_tensors(
+            )?,
+            centre_edges: EdgeTensors::collate(
                 graphs.iter().map(|graph| (&graph.centre_edges, centres_per_scene)),
                 centre_radial,
                 device,
-            ),
+            )?,
         })
     }
 
@@ -153,15 +165,30 @@ fn centre_vectors(graphs: &[&CloudGraph], grippers: &[GripperState], device: &De
     floats(values, [3, rows, CENTRE_VECTORS], device)
 }
 
-fn edge_tensors<'a>(
-    lists: impl Iterator<Item = (&'a EdgeList, usize)>,
-    radial_basis: &RadialBasis,
-    device: &Device,
-) -> EdgeTensors {
+/// Refuses a list whose parts do not go together, or whose sources are not among `nodes`.
+fn check(list: &EdgeList, nodes: usize, per_receiver: usize) -> Result<(), NetError> {
+    let edges = list.sources.len();
+    // Sources index nodes, so there are at least as many as the largest index and one.
+    let reached = list.sources.iter().max().map_or(0, |last| last + 1);
+    for (what, expected, got) in [
+        ("edges per receiver", per_receiver, list.per_receiver),
+        ("displacements of edges", edges, list.displacement_m.len()),
+        ("weights of edges", edges, list.weights.len()),
+        ("edges left over by whole receivers", 0, edges.checked_rem(per_receiver).unwrap_or(edges)),
+        ("nodes that sources of edges index", nodes, reached.max(nodes)),
+    ] {
+        if expected != got {
+            return Err(NetError::Mismatch { what, expected, got });
+        }
+    }
+    Ok(())
+}
+
+fn edge_tensors(lists: &[(&EdgeList, usize)], radial_basis: &RadialBasis, device: &Device) -> EdgeTensors {
     let (mut sources, mut directions, mut radial, mut weights) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut first_source, mut per_receiver) = (0, 0);
-    for (list, source_count) in lists {
+    for &(list, source_count) in lists {
         per_receiver = list.per_receiver;
         sources.extend(list.sources.iter().map(|&source| (first_source + source) as u32));
         weights.extend_from_slice(&list.weights);

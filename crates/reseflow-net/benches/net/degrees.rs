@@ -41,17 +41,20 @@ struct Layer {
 }
 
 impl Layer {
+    #[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]
     fn new(device: Device, max_degree: usize) -> Layer {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let list = graph(GRAPH.centres, &GRAPH, &mut rng).centre_edges;
-        let edges = EdgeTensors::collate([(&list, GRAPH.centres)], &RADIAL, &device);
+        let edges =
+            EdgeTensors::collate([(&list, GRAPH.centres)], &RADIAL, &device).expect("the list is sound");
         let fiber = UniformFiber { max_degree, channels: CHANNELS };
         let convolution = TensorProductConvolutionConfig { input: fiber, output: fiber, radial: RADIAL_MLP };
         let degree = |degree| Tensor::ones([components(degree), GRAPH.centres, CHANNELS], &device);
         Layer {
             fiber,
             features: FiberFeatures { degrees: (0..=max_degree).map(degree).collect() },
-            frames: EdgeFrames::new(edges, list.displacement_m.iter(), max_degree, &device),
+            frames: EdgeFrames::new(edges, list.displacement_m.iter(), max_degree, &device)
+                .expect("there is one displacement for each edge"),
             harmonics: EdgeHarmonics::new(list.displacement_m.iter(), 2 * max_degree, &device),
             convolution: convolution.init(&device, &mut rng),
             device,
@@ -97,20 +100,23 @@ fn convolution_by_paths<const DEGREE: usize>(bencher: Bencher, name: &str) {
 }
 
 #[divan::bench(args = DEVICES, consts = [1, 2, 3])]
+#[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]
 fn attention<const DEGREE: usize>(bencher: Bencher, name: &str) {
     let layer = Layer::new(device(name), DEGREE);
     let output = UniformFiber { channels: CHANNELS / 2, ..layer.fiber };
     let config = NeighborAttentionConfig { input: layer.fiber, output, heads: 1, radial: RADIAL_MLP };
     let attention = config.init(&layer.device, &mut ChaCha8Rng::seed_from_u64(3));
+    let attention = attention.expect("one head divides the channels");
     bencher.bench(|| all(attention.forward(&layer.features, &layer.frames)));
 }
 
 /// Wigner matrices of 2048 edges, on the host and onto the device.
 #[divan::bench(consts = [1, 2, 3])]
+#[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]
 fn frames_of_edges<const DEGREE: usize>(bencher: Bencher) {
     let device = device("flex");
     let list = graph(GRAPH.centres, &GRAPH, &mut ChaCha8Rng::seed_from_u64(2)).centre_edges;
-    let edges = EdgeTensors::collate([(&list, GRAPH.centres)], &RADIAL, &device);
+    let edges = EdgeTensors::collate([(&list, GRAPH.centres)], &RADIAL, &device).expect("the list is sound");
     bencher.bench(|| EdgeFrames::new(edges.clone(), list.displacement_m.iter(), DEGREE, &device));
 }
 

@@ -2,7 +2,8 @@
 //!
 //! One tensor product makes keys and values along every edge, a linear map makes queries. The inner product of a query and a key
 //! is the same in every frame, so queries go into the edges' frames, and only the weighted sum of the values comes back.
-//! The softmax carries the graph's envelope, so a neighbour's say fades before it stops being one.
+//! The softmax carries the graph's envelope, so a neighbour's say fades before it stops being one; and where the envelope's sum over all
+//! neighbours fades, because all of them are about to stop being such, so does what is gathered.
 
 use burn::module::Module;
 use burn::tensor::activation::softmax;
@@ -16,8 +17,8 @@ use super::{
 };
 use crate::NetError;
 
-/// Keeps the softmax finite where no neighbour has weight.
-const EPSILON: f64 = 1e-9;
+/// Keeps the weights finite where no neighbour has any; f32 holds its square, by which gradients are divided.
+const EPSILON: f64 = 1e-15;
 
 /// Sizes of a [`NeighborAttention`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,16 +68,20 @@ impl NeighborAttentionConfig {
     }
 
     /// Draws the weights.
-    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> NeighborAttention {
+    ///
+    /// # Errors
+    /// As [`Self::validate`].
+    pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> Result<NeighborAttention, NetError> {
+        self.validate()?;
         let product = self.product();
         let query =
             FiberLinearConfig { input: self.input.fiber(), output: product.outputs[0].fiber(), bias: false };
-        NeighborAttention {
+        Ok(NeighborAttention {
             radial: self.radial.init(&product, device, rng),
             query: query.init(device, rng),
             product,
             heads: self.heads,
-        }
+        })
     }
 }
 
@@ -86,6 +91,10 @@ impl NeighborAttention {
     /// # Shapes
     /// - `features`: P points, the input's fiber
     /// - output: P points, the output's fiber
+    ///
+    /// # Panics
+    /// Where the features are of another fiber, there are not as many points as receivers, the edges have another radial basis, or their
+    /// frames are of lower degrees than input or output.
     pub fn forward(&self, features: &FiberFeatures, edges: &EdgeFrames) -> FiberFeatures {
         let radial = self.radial.forward(edges.edges.radial.clone(), edges.presence.clone());
         let mut messages = fused(&self.product, features, radial, self.radial.weight(), edges);
@@ -98,7 +107,8 @@ impl NeighborAttention {
         edges.sum_at_receivers(weighed, self.product.outputs[1].max_degree)
     }
 
-    /// Invariant weights of every receiver's edges, which sum to one where it has a neighbour, `[E, heads]`.
+    /// Invariant weights of every receiver's edges, which sum to what the envelope's do: one, and less where all neighbours are about to
+    /// stop being such, `[E, heads]`.
     fn weights(&self, features: &FiberFeatures, keys: Tensor<3>, edges: &EdgeFrames) -> Tensor<2> {
         let [count, rows, channels] = keys.dims();
         let (heads, per_receiver) = (self.heads, edges.edges.per_receiver);
@@ -110,8 +120,8 @@ impl NeighborAttention {
         let scale = ((rows * width) as f64).sqrt().recip();
         let logits = products.sum_dim(2).mul_scalar(scale).reshape([receivers, per_receiver, heads]);
         let envelope = edges.edges.weights.clone().reshape([receivers, per_receiver, 1]);
-        let weights = softmax(logits, 1) * envelope;
+        let weights = softmax(logits, 1) * envelope.clone();
         let total = weights.clone().sum_dim(1).add_scalar(EPSILON);
-        (weights / total).reshape([count, heads])
+        (weights * (envelope.sum_dim(1) / total)).reshape([count, heads])
     }
 }

@@ -43,6 +43,10 @@ impl TensorProductConvolution {
     /// # Shapes
     /// - `sources`: S points, the input's fiber
     /// - output: P points, the output's fiber
+    ///
+    /// # Panics
+    /// Where the sources are of another fiber, the edges have another radial basis, or their frames are of lower degrees than input or
+    /// output.
     pub fn forward(&self, sources: &FiberFeatures, edges: &EdgeFrames) -> FiberFeatures {
         let message =
             fused(&self.product, sources, self.radial_features(edges), self.radial.weight(), edges).remove(0);
@@ -53,6 +57,9 @@ impl TensorProductConvolution {
     ///
     /// # Shapes
     /// As [`Self::forward`]; `harmonics` up to degree l_in + l_out.
+    ///
+    /// # Panics
+    /// As [`Self::forward`], and where `harmonics` are of lower degrees.
     pub fn forward_by_paths(
         &self,
         sources: &FiberFeatures,

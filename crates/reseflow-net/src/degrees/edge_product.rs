@@ -8,6 +8,8 @@
 use burn::tensor::Tensor;
 
 use super::UniformFiber;
+use crate::irreps::components_up_to;
+use crate::shape::must_be;
 
 /// The shape of a product; the weights come with each call, one set an edge.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,8 +176,14 @@ impl EdgeProduct {
     /// - `sources`: in the edges' frames, components by order, `[E, (l_in + 1)², C]`
     /// - `weights`: for each order in turn, `[E, Wₘ]`
     /// - output: for each output the components that are not zero, those of order ≤ `min(l_in, l_out)`, `[E, R, C']`
+    ///
+    /// # Panics
+    /// Where a tensor has another shape.
     pub fn forward(&self, sources: Tensor<3>, weights: Vec<Tensor<2>>) -> Vec<Tensor<3>> {
         let [edges, _, _] = sources.dims();
+        let expected = [edges, components_up_to(self.input.max_degree), self.input.channels];
+        must_be("edge product: sources", expected, sources.dims());
+        must_be("edge product: orders of weights", self.max_order() + 1, weights.len());
         let mut parts: Vec<Vec<Tensor<3>>> = vec![Vec::new(); self.outputs.len()];
         let mut component = 0;
         for (order, kernel) in weights.into_iter().enumerate() {

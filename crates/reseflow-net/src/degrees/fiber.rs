@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Features;
 use crate::irreps::{components, components_up_to};
+use crate::shape::must_be;
 
 /// The channels of every degree from 0 on, each at least 1.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,7 +32,12 @@ pub struct UniformFiber {
 impl UniformFiber {
     /// As channels by degree.
     pub fn fiber(&self) -> Fiber {
-        Fiber { channels: vec![self.channels; self.max_degree + 1] }
+        Fiber { channels: self.by_degree().collect() }
+    }
+
+    /// The channels of every degree.
+    pub(crate) fn by_degree(&self) -> impl ExactSizeIterator<Item = usize> + use<> {
+        std::iter::repeat_n(self.channels, self.max_degree + 1)
     }
 }
 
@@ -67,6 +73,25 @@ impl FiberFeatures {
         self.degrees.first().map_or(0, |scalars| scalars.dims()[1])
     }
 
+    /// Panics where degree l of the features that `whose` forward pass got is not `[2l + 1, P, Cₗ]` with as many points P as degree 0,
+    /// for each degree that `channels` speaks of; others are not looked at.
+    #[track_caller]
+    pub(crate) fn must_have(&self, whose: &str, channels: impl IntoIterator<Item = usize>) {
+        let points = self.points();
+        for (degree, channels) in channels.into_iter().enumerate() {
+            let found = self.degrees.get(degree).map(|tensor| tensor.dims());
+            let expected = [components(degree), points, channels];
+            must_be(format_args!("{whose}: features of degree {degree}"), Some(expected), found);
+        }
+    }
+
+    /// As [`Self::must_have`], and panics where there are other degrees.
+    #[track_caller]
+    pub(crate) fn must_be_of(&self, whose: &str, channels: impl ExactSizeIterator<Item = usize>) {
+        must_be(format_args!("{whose}: number of degrees"), channels.len(), self.degrees.len());
+        self.must_have(whose, channels);
+    }
+
     /// Degree 0 without its axis of one component, `[P, C₀]`.
     pub fn scalars(&self) -> Tensor<2> {
         let [_, points, channels] = self.degrees[0].dims();
@@ -74,7 +99,11 @@ impl FiberFeatures {
     }
 
     /// Channels of both, degree by degree; a degree that only one has is taken from it.
+    ///
+    /// # Panics
+    /// Where the numbers of points differ.
     pub fn concat(self, other: FiberFeatures) -> FiberFeatures {
+        must_be("concat: points", self.points(), other.points());
         self.zip(other, |a, b| Tensor::cat(vec![a, b], 2))
     }
 
@@ -96,6 +125,8 @@ impl FiberFeatures {
     /// # Shapes
     /// - output: `[P, (l_max + 1)², C]`
     pub(crate) fn stacked(&self, max_degree: usize) -> Tensor<3> {
+        let channels = self.degrees.first().map_or(0, |scalars| scalars.dims()[2]);
+        self.must_have("features side by side", UniformFiber { max_degree, channels }.by_degree());
         let degrees = self.degrees[..=max_degree].to_vec();
         let stacked = if degrees.len() == 1 { degrees[0].clone() } else { Tensor::cat(degrees, 0) };
         stacked.swap_dims(0, 1)
@@ -124,8 +155,14 @@ impl Add for FiberFeatures {
     type Output = FiberFeatures;
 
     /// The sum, degree by degree; a degree that only one has is taken from it.
+    ///
+    /// # Panics
+    /// Where the numbers of points, or the channels of a degree that both have, differ.
     fn add(self, other: FiberFeatures) -> FiberFeatures {
-        self.zip(other, |a, b| a + b)
+        self.zip(other, |a, b| {
+            must_be("sum of features", a.dims(), b.dims());
+            a + b
+        })
     }
 }
 

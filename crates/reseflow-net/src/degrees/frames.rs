@@ -6,11 +6,12 @@
 use burn::tensor::{Device, Int, Tensor, TensorData};
 
 use super::FiberFeatures;
-use crate::EdgeTensors;
 use crate::irreps::{
     WignerMatrices, components, components_up_to, rotation_to_polar, spherical_harmonics_into,
 };
 use crate::scene_batch::{SHORTEST_DIRECTION_M, floats};
+use crate::shape::must_be;
+use crate::{EdgeTensors, NetError};
 
 /// The degree and order of every component in an edge's frame, by |m|; within it first all +m, then all −m, by rising degree.
 ///
@@ -40,12 +41,15 @@ pub struct EdgeFrames {
 
 impl EdgeFrames {
     /// The frames of `edges`, whose displacements (source minus receiver, metres) are given in the same order.
+    ///
+    /// # Errors
+    /// [`NetError::Mismatch`] where there is not one displacement for each edge.
     pub fn new<'a>(
         edges: EdgeTensors,
         displacement_m: impl Iterator<Item = &'a [f64; 3]>,
         max_degree: usize,
         device: &Device,
-    ) -> Self {
+    ) -> Result<Self, NetError> {
         let size = components_up_to(max_degree);
         let order = polar_order(max_degree);
         let (mut wigner, mut presence) = (Vec::new(), Vec::new());
@@ -62,18 +66,31 @@ impl EdgeFrames {
             }
         }
         let count = presence.len();
-        assert_eq!(count, edges.weights.dims()[0], "one displacement for each edge");
-        Self {
+        let [expected, _] = edges.weights.dims();
+        if count != expected {
+            return Err(NetError::Mismatch { what: "displacements of edges", expected, got: count });
+        }
+        Ok(Self {
             edges,
             max_degree,
             wigner: floats(wigner, [count, size, size], device),
             presence: floats(presence, [count, 1], device),
-        }
+        })
+    }
+
+    /// Panics where there are no matrices up to `max_degree`.
+    #[track_caller]
+    pub(crate) fn must_reach(&self, max_degree: usize) {
+        let reached = self.max_degree;
+        assert!(
+            max_degree <= reached,
+            "frames of edges: expected degrees up to {max_degree}, got up to {reached}"
+        );
     }
 
     /// The matrices of degrees 0 … `max_degree` alone, `[E, (l + 1)², (l + 1)²]`.
     fn wigner_up_to(&self, max_degree: usize) -> Tensor<3> {
-        assert!(max_degree <= self.max_degree, "frames have degrees up to {}", self.max_degree);
+        self.must_reach(max_degree);
         if max_degree == self.max_degree {
             return self.wigner.clone();
         }
@@ -90,6 +107,9 @@ impl EdgeFrames {
     /// # Shapes
     /// - `sources`: S points with C channels in degrees 0 … `max_degree` at least
     /// - output: `[E, (max_degree + 1)², C]`
+    ///
+    /// # Panics
+    /// Where features or frames are of lower degrees, or degrees differ in their channels.
     pub fn at_sources(&self, sources: &FiberFeatures, max_degree: usize) -> Tensor<3> {
         let stacked = sources.stacked(max_degree);
         let [points, size, channels] = stacked.dims();
@@ -105,11 +125,15 @@ impl EdgeFrames {
     /// # Shapes
     /// - `receivers`: P points with C channels in degrees 0 … `max_degree` at least
     /// - output: `[E, (max_degree + 1)², C]`
+    ///
+    /// # Panics
+    /// As [`Self::at_sources`], and where there are not as many points as receivers.
     pub fn at_receivers(&self, receivers: &FiberFeatures, max_degree: usize) -> Tensor<3> {
         let stacked = receivers.stacked(max_degree);
         let [points, size, channels] = stacked.dims();
         let per_receiver = self.edges.per_receiver;
         let edges = points * per_receiver;
+        must_be("frames of edges: edges of all receivers", self.presence.dims()[0], edges);
         if max_degree == 0 {
             return stacked.expand([points, per_receiver, channels]).reshape([edges, 1, channels]);
         }
@@ -122,8 +146,12 @@ impl EdgeFrames {
     /// # Shapes
     /// - `messages`: `[E, R, C]`, the first R components of the frame; the others are zero
     /// - output: degrees 0 … `max_degree` of P points, C channels
+    ///
+    /// # Panics
+    /// Where there is not one message for each edge, or frames are of lower degrees.
     pub fn sum_at_receivers(&self, messages: Tensor<3>, max_degree: usize) -> FiberFeatures {
         let [edges, rows, channels] = messages.dims();
+        must_be("frames of edges: messages", self.presence.dims()[0], edges);
         let per_receiver = self.edges.per_receiver;
         let receivers = edges / per_receiver;
         let size = components_up_to(max_degree);

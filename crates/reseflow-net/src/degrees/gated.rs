@@ -3,8 +3,7 @@
 
 use burn::module::Module;
 use burn::nn::Linear;
-use burn::tensor::Device;
-use burn::tensor::activation::sigmoid;
+use burn::tensor::{Device, Tensor};
 use rand::Rng;
 
 use super::{Fiber, FiberFeatures};
@@ -22,6 +21,8 @@ pub struct GatedNonlinearityConfig {
 #[derive(Module, Debug)]
 pub struct GatedNonlinearity {
     gates: Option<Linear>,
+    #[module(skip)]
+    channels: Vec<usize>,
 }
 
 impl GatedNonlinearityConfig {
@@ -30,15 +31,21 @@ impl GatedNonlinearityConfig {
         let gates: usize = self.fiber.channels.iter().skip(1).sum();
         let scalars = self.fiber.channels[0];
         let gates = (gates > 0).then(|| linear([scalars, gates], 1.0, true, device, rng));
-        GatedNonlinearity { gates }
+        GatedNonlinearity { gates, channels: self.fiber.channels.clone() }
     }
 }
 
 impl GatedNonlinearity {
     /// # Shapes
     /// - input and output: by degree `[2l + 1, P, Cₗ]`
+    ///
+    /// # Panics
+    /// Where the input is of another fiber.
     pub fn forward(&self, input: FiberFeatures) -> FiberFeatures {
-        let gates = self.gates.as_ref().map(|gates| sigmoid(gates.forward(input.degrees[0].clone())));
+        input.must_be_of("GatedNonlinearity", self.channels.iter().copied());
+        // 1/(1 + e⁻ˣ) by the hyperbolic tangent: burn's sigmoid is computed in f32 on ndarray, also where the tensor is f64.
+        let open = |gates: Tensor<3>| gates.mul_scalar(0.5).tanh().add_scalar(1.0).mul_scalar(0.5);
+        let gates = self.gates.as_ref().map(|gates| open(gates.forward(input.degrees[0].clone())));
         let mut first = 0;
         let degrees = input.degrees.into_iter().enumerate().map(|(degree, features)| match &gates {
             Some(gates) if degree > 0 => {

@@ -39,7 +39,13 @@ impl FiberLayerNormConfig {
 impl FiberLayerNorm {
     /// # Shapes
     /// - input and output: by degree `[2l + 1, P, Cₗ]`
+    ///
+    /// # Panics
+    /// Where the input is of another fiber.
     pub fn forward(&self, input: FiberFeatures) -> FiberFeatures {
+        let scales = self.scales.iter().map(|scale| scale.dims()[0]);
+        let channels: Vec<usize> = std::iter::once(self.scalars.gamma.dims()[0]).chain(scales).collect();
+        input.must_be_of("FiberLayerNorm", channels.into_iter());
         let mut degrees = input.degrees.into_iter();
         let scalars = degrees.next().map(|scalars| self.scalars.forward(scalars));
         let others = degrees.zip(&self.scales).map(|(degree, scale)| {

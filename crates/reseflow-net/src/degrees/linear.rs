@@ -27,8 +27,12 @@ pub struct FiberLinear {
 
 impl FiberLinearConfig {
     /// Draws the weights.
+    ///
+    /// # Panics
+    /// Where the output has a degree that the input lacks.
     pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> FiberLinear {
-        assert!(self.output.channels.len() <= self.input.channels.len(), "a linear map makes no new degrees");
+        let [input, output] = [&self.input, &self.output].map(Fiber::max_degree);
+        assert!(output <= input, "FiberLinear: expected an output of degrees up to {input}, got {output}");
         let channels = self.input.channels.iter().zip(&self.output.channels);
         let degree =
             |(degree, (&input, &output))| linear([input, output], 1.0, self.bias && degree == 0, device, rng);
@@ -40,7 +44,11 @@ impl FiberLinear {
     /// # Shapes
     /// - input: by degree `[2l + 1, P, Cₗ]`
     /// - output: by degree `[2l + 1, P, C'ₗ]`
+    ///
+    /// # Panics
+    /// Where the input lacks a degree of the output, or has another shape.
     pub fn forward(&self, input: &FiberFeatures) -> FiberFeatures {
+        input.must_have("FiberLinear", self.degrees.iter().map(|linear| linear.weight.dims()[0]));
         let degrees = self.degrees.iter().zip(&input.degrees);
         FiberFeatures { degrees: degrees.map(|(linear, degree)| linear.forward(degree.clone())).collect() }
     }

@@ -37,7 +37,11 @@ impl NormNonlinearityConfig {
 impl NormNonlinearity {
     /// # Shapes
     /// - input and output: by degree `[2l + 1, P, Cₗ]`
+    ///
+    /// # Panics
+    /// Where the input is of another fiber.
     pub fn forward(&self, input: FiberFeatures) -> FiberFeatures {
+        input.must_be_of("NormNonlinearity", self.norms.iter().map(|norm| norm.gamma.dims()[0]));
         let norms = input.soft_norms(SOFTNESS);
         let degrees = input.degrees.into_iter().zip(norms).zip(&self.norms);
         let scaled = degrees.map(|((degree, norm), layer)| {

@@ -96,6 +96,9 @@ impl EdgeProduct {
     /// - `sources`: S points, the input's fiber
     /// - `weights`: `[E, W]`
     /// - output: for each output, by degree, `[E, 2l' + 1, C']`
+    ///
+    /// # Panics
+    /// Where the sources are of another fiber, or `harmonics` not of degrees up to l_in + l_out.
     pub fn forward_by_paths(
         &self,
         sources: &FiberFeatures,
@@ -103,6 +106,7 @@ impl EdgeProduct {
         edges: &EdgeFrames,
         harmonics: &EdgeHarmonics,
     ) -> Vec<Vec<Tensor<3>>> {
+        sources.must_be_of("product by paths", self.input.by_degree());
         let gathered: Vec<Tensor<3>> = (sources.degrees.iter())
             .map(|degree| degree.clone().swap_dims(0, 1).select(0, edges.edges.sources.clone()))
             .collect();

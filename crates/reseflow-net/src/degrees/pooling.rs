@@ -8,6 +8,7 @@ use rand::Rng;
 
 use super::{Fiber, FiberFeatures};
 use crate::init::linear;
+use crate::shape::must_be;
 
 /// Sizes of a [`FiberHeatMap`].
 #[derive(Debug, Clone, PartialEq)]
@@ -22,13 +23,16 @@ pub struct FiberHeatMapConfig {
 #[derive(Module, Debug)]
 pub struct FiberHeatMap {
     logits: Linear,
+    #[module(skip)]
+    channels: Vec<usize>,
 }
 
 impl FiberHeatMapConfig {
     /// Draws the weights; the gain makes the maps start out distinct.
     pub fn init<R: Rng + ?Sized>(&self, device: &Device, rng: &mut R) -> FiberHeatMap {
         let inputs = self.fiber.channels.iter().sum();
-        FiberHeatMap { logits: linear([inputs, self.nodes], 4.0, false, device, rng) }
+        let logits = linear([inputs, self.nodes], 4.0, false, device, rng);
+        FiberHeatMap { logits, channels: self.fiber.channels.clone() }
     }
 }
 
@@ -36,7 +40,16 @@ impl FiberHeatMap {
     /// # Shapes
     /// - `features`: B·M points, M for each scene
     /// - output: weights `[B, K, M]`, each row a distribution over the points of a scene
+    ///
+    /// # Panics
+    /// Where the features are of another fiber, or no whole number of points for each scene.
     pub fn weights(&self, scenes: usize, features: &FiberFeatures) -> Tensor<3> {
+        features.must_be_of("FiberHeatMap", self.channels.iter().copied());
+        must_be(
+            "FiberHeatMap: points left over by whole scenes",
+            Some(0),
+            features.points().checked_rem(scenes),
+        );
         let scalars = features.degrees[0].clone();
         let norms = features.soft_norms(1e-3).into_iter().skip(1);
         let invariants = Tensor::cat(std::iter::once(scalars).chain(norms).collect(), 2);
@@ -51,8 +64,12 @@ impl FiberHeatMap {
     /// - `weights`: `[B, K, M]`
     /// - `features`: B·M points
     /// - output: B·K nodes with the same fiber
+    ///
+    /// # Panics
+    /// Where there are not B·M points.
     pub fn pool(weights: &Tensor<3>, features: &FiberFeatures) -> FiberFeatures {
         let [scenes, nodes, points] = weights.dims();
+        must_be("FiberHeatMap: points of all scenes", scenes * points, features.points());
         let degree = |degree: &Tensor<3>| {
             let [components, _, channels] = degree.dims();
             weights

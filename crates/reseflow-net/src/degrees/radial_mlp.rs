@@ -9,6 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::EdgeProduct;
 use crate::init::linear;
+use crate::shape::must_be;
 use crate::silu::silu;
 
 /// Sizes of a [`RadialMlp`].
@@ -65,7 +66,12 @@ impl RadialMlp {
     /// - `radial`: `[E, R]`
     /// - `scale`: `[E, 1]`
     /// - output: `[E, H]`
+    ///
+    /// # Panics
+    /// Where a tensor has another shape.
     pub fn forward(&self, radial: Tensor<2>, scale: Tensor<2>) -> Tensor<2> {
+        let [basis, _] = self.first.weight.dims();
+        must_be("RadialMlp: radial features", [scale.dims()[0], basis], radial.dims());
         let hidden = silu(self.first_norm.forward(self.first.forward(radial)));
         silu(self.second_norm.forward(self.second.forward(hidden))) * scale
     }

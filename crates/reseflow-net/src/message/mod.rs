@@ -21,6 +21,7 @@ use burn::tensor::Tensor;
 
 use self::operation::{EdgeLayout, MessageOps};
 use crate::host::on_host;
+use crate::shape::must_be;
 use crate::silu::silu;
 use crate::{EdgeTensors, Features, cross, dot};
 
@@ -44,7 +45,11 @@ pub struct EdgeActivations {
 /// # Shapes
 /// - `sources`: S nodes, scalars `[S, C]`, and vectors `[3, S, C]` where there are five paths
 /// - output: scalars `[R, C]`, vectors `[3, R, C]`
+///
+/// # Panics
+/// Where a tensor has another shape.
 pub fn fused(sources: &Features, activations: EdgeActivations, edges: &EdgeTensors) -> Features {
+    check(sources, &activations, edges);
     if !on_host(&sources.scalars.device()) {
         return composed(sources, activations, edges);
     }
@@ -82,7 +87,11 @@ pub fn fused(sources: &Features, activations: EdgeActivations, edges: &EdgeTenso
 ///
 /// # Shapes
 /// As [`fused`].
+///
+/// # Panics
+/// As [`fused`].
 pub fn composed(sources: &Features, activations: EdgeActivations, edges: &EdgeTensors) -> Features {
+    check(sources, &activations, edges);
     let EdgeActivations { sources: of_sources, receivers: of_receivers, edges: of_edges, matrix } =
         activations;
     let [receivers, channels] = of_receivers.dims();
@@ -116,4 +125,22 @@ pub fn composed(sources: &Features, activations: EdgeActivations, edges: &EdgeTe
             .sum_dim(2)
             .reshape([3, receivers, channels]),
     }
+}
+
+/// The kernel reads slices, in which a wrong shape would be wrong numbers.
+#[track_caller]
+fn check(sources: &Features, activations: &EdgeActivations, edges: &EdgeTensors) {
+    let ([nodes, channels], [count, _]) = (sources.scalars.dims(), edges.weights.dims());
+    let receivers = count / edges.per_receiver.max(1);
+    let EdgeActivations { sources: of_sources, receivers: of_receivers, edges: of_edges, matrix } =
+        activations;
+    must_be("messages: activations of sources", [nodes, channels], of_sources.dims());
+    must_be("messages: activations of receivers", [receivers, channels], of_receivers.dims());
+    must_be("messages: activations of edges", [count, channels], of_edges.dims());
+    let [_, width] = matrix.dims();
+    if width == 5 * channels {
+        must_be("messages: vectors of sources", [3, nodes, channels], sources.vectors.dims());
+    }
+    let paths = if width == 5 * channels { 5 } else { 2 };
+    must_be("messages: the matrix of path weights", [channels, paths * channels], matrix.dims());
 }

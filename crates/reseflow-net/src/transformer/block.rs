@@ -6,6 +6,7 @@ use burn::tensor::Device;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
+use crate::NetError;
 use crate::degrees::{
     EdgeFrames, Fiber, FiberFeatures, FiberLayerNorm, FiberLayerNormConfig, FiberLinear, FiberLinearConfig,
     GatedNonlinearity, GatedNonlinearityConfig, NeighborAttention, NeighborAttentionConfig, NormNonlinearity,
@@ -33,18 +34,21 @@ pub(crate) struct Block {
 
 impl Block {
     /// Draws the weights of a block that makes `output` of what its attention sees.
+    ///
+    /// # Errors
+    /// As [`NeighborAttentionConfig::validate`].
     pub(crate) fn new<R: Rng + ?Sized>(
         attention: &NeighborAttentionConfig,
         output: &Fiber,
         nonlinearity: Nonlinearity,
         device: &Device,
         rng: &mut R,
-    ) -> Block {
+    ) -> Result<Block, NetError> {
         let input = attention.output.fiber().concat(&attention.input.fiber());
         let project = FiberLinearConfig { input, output: output.clone(), bias: false };
         let fiber = output.clone();
-        Block {
-            attention: attention.init(device, rng),
+        Ok(Block {
+            attention: attention.init(device, rng)?,
             project: project.init(device, rng),
             norm: (nonlinearity == Nonlinearity::Norm)
                 .then(|| NormNonlinearityConfig { fiber: fiber.clone() }.init(device)),
@@ -52,7 +56,7 @@ impl Block {
                 let norm = FiberLayerNormConfig { fiber: fiber.clone() }.init(device);
                 (norm, GatedNonlinearityConfig { fiber }.init(device, rng))
             }),
-        }
+        })
     }
 
     /// # Shapes

@@ -4,6 +4,7 @@ use burn::tensor::Tensor;
 use reseflow_lie_tensor::{SE3Tensor, chordal_distance_squared};
 
 use super::ManiNodes;
+use crate::shape::must_be;
 
 /// The weights of [`ManiNodes::loss`]; the consensus has weight 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,8 +28,12 @@ impl ManiNodes {
     ///
     /// # Shapes
     /// - `targets`: B poses, translations in metres relative to [`ManiNodes::centroids_m`]
+    ///
+    /// # Panics
+    /// Where there is not one target for each scene.
     pub fn loss(&self, targets: &SE3Tensor, config: &ManiLossConfig) -> Tensor<1> {
         let [scenes, nodes] = self.weights.dims();
+        must_be("ManiNodes: targets", [scenes, 3], targets.translation.dims());
         let rows = scenes * nodes;
         let wanted = SE3Tensor {
             rotation: (targets.rotation.clone().reshape([scenes, 1, 9]))

@@ -195,11 +195,14 @@ impl SE3ManiNet {
         let SE3ManiNetConfig { point_radial, centre_radial, .. } = &self.config;
         let batch =
             SceneBatch::collate(graphs.iter().copied(), grippers, point_radial, centre_radial, device)?;
-        let frames = SceneFrames::new(&batch, graphs, self.config.transformer.max_degree, device);
+        let frames = SceneFrames::new(&batch, graphs, self.config.transformer.max_degree, device)?;
         Ok(self.forward(&batch, &frames))
     }
 
     /// The nodes of a batch.
+    ///
+    /// # Panics
+    /// Where the batch was collated with other radial bases, or the frames are of lower degrees than the network.
     pub fn forward(&self, batch: &SceneBatch, frames: &SceneFrames) -> ManiNodes {
         let embedded = self.embed.forward(batch.colors.clone()).tanh();
         let [points, channels] = embedded.dims();

@@ -130,7 +130,7 @@ impl SE3TransformerConfig {
         let mut blocks = Vec::with_capacity(self.layers);
         for _ in 0..self.layers {
             let attention = self.attention(input);
-            blocks.push(Block::new(&attention, &hidden.fiber(), self.nonlinearity, device, rng));
+            blocks.push(Block::new(&attention, &hidden.fiber(), self.nonlinearity, device, rng)?);
             input = hidden;
         }
         let convolution =
@@ -157,6 +157,10 @@ impl SE3Transformer {
     /// - `features`: P points, the input's fiber
     /// - `edges`: among these points, with matrices up to the highest degree
     /// - output: P points, the output's fiber
+    ///
+    /// # Panics
+    /// Where the features are of another fiber, there are not as many points as receivers, the edges have another radial basis, or their
+    /// frames are of lower degrees than the network.
     pub fn forward(&self, mut features: FiberFeatures, edges: &EdgeFrames) -> FiberFeatures {
         for block in &self.blocks {
             features = block.forward(features, edges);

@@ -16,12 +16,14 @@ mod mani_loss;
 mod numbers;
 mod pointer;
 mod refusals;
+mod shapes;
 
 use burn::tensor::FloatDType;
 use reseflow_net::DriftNetConfig;
 use support::scene::{Cloud, Scene};
 use support::{
-    assert_small, degenerate, degree_laws, devices, edge_messages, laws, messages, statistics, twists, views,
+    assert_small, degenerate, degree_laws, devices, edge_messages, fading, laws, messages, statistics,
+    twists, views,
 };
 
 /// The float type of this suite's tensors.
@@ -169,6 +171,16 @@ fn degenerate_clouds_give_a_finite_transformer() {
 #[test]
 fn a_scene_ten_metres_away_gives_the_same_trajectory() {
     degenerate::a_scene_ten_metres_away_gives_the_same_trajectory(1e-3);
+}
+
+#[test]
+fn a_wide_scene_far_away_gives_a_moved_trajectory() {
+    degenerate::a_wide_scene_far_away_gives_a_moved_trajectory(1e-5);
+}
+
+#[test]
+fn what_attention_gathers_fades_with_all_neighbours() {
+    fading::what_attention_gathers_fades_with_all_neighbours(1e-5);
 }
 
 #[test]

@@ -14,7 +14,7 @@ mod finite_differences;
 mod irreps_golden;
 
 use burn::tensor::FloatDType;
-use support::{degenerate, degree_laws, edge_messages, laws, messages, statistics, twists, views};
+use support::{degenerate, degree_laws, edge_messages, fading, laws, messages, statistics, twists, views};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F64;
@@ -148,6 +148,16 @@ fn degenerate_clouds_give_a_finite_transformer() {
 #[test]
 fn a_scene_ten_metres_away_gives_the_same_trajectory() {
     degenerate::a_scene_ten_metres_away_gives_the_same_trajectory(1e-9);
+}
+
+#[test]
+fn a_wide_scene_far_away_gives_a_moved_trajectory() {
+    degenerate::a_wide_scene_far_away_gives_a_moved_trajectory(1e-9);
+}
+
+#[test]
+fn what_attention_gathers_fades_with_all_neighbours() {
+    fading::what_attention_gathers_fades_with_all_neighbours(1e-9);
 }
 
 #[test]

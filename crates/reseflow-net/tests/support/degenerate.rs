@@ -14,7 +14,7 @@ use super::laws::example;
 use super::layers::{GRAPH, RADIAL};
 use super::mani_net::{features_on_host, homes, nodes, poses_on_host, small_mani_net};
 use super::scene::{Cloud, Scene, random_colors};
-use super::trajectory::predict_one;
+use super::trajectory::{Deviation, predict_one};
 use super::weights::{shaken, shaken_net};
 use super::world::World;
 use super::{assert_small, devices, rng, small, values, worse};
@@ -135,6 +135,38 @@ pub(crate) fn degenerate_clouds_give_a_finite_transformer() {
                     assert!(gradient.iter().all(|value| value.is_finite()), "{name} {what}: {parameter}");
                 }
             }
+        }
+    }
+}
+
+/// Clouds 3 m wide, turned and moved by ten metres along each axis; positions relative to that width. Rotations are read from sums of
+/// unit vectors and of offsets over 0.1 m, whose rounding grows with the width: they may be off by as many times more as these clouds
+/// are wider than those of the other laws (measured in f32: 1e-5, of single nodes 2e-5).
+pub(crate) fn a_wide_scene_far_away_gives_a_moved_trajectory(tolerance: f64) {
+    const WIDTH_M: f64 = 3.0;
+    const WIDENED: f64 = WIDTH_M / 0.5;
+    for (name, device) in devices() {
+        let mut worst = Deviation::default();
+        for index in 0..20 {
+            let config = small();
+            let mut rng = rng(6400 + index);
+            let net = shaken_net(&config, &device, &mut rng);
+            let mut scene = Scene::in_a_box(100, &config.decoder, &mut rng);
+            for point in scene.clouds.iter_mut().flat_map(|cloud| &mut cloud.points) {
+                *point = point.map(|value| value * WIDENED);
+            }
+            let world = World { turn: SO3::sample_haar(&mut rng).matrix(), shift: Vector3::repeat(FAR_M) };
+            let still = predict_one(&net, &scene, &device);
+            worst = worst.worse(still.deviation(&predict_one(&net, &scene.moved(&world), &device), &world));
+        }
+        for (part, error, allowed) in [
+            ("positions", worst.position_m / WIDTH_M, tolerance),
+            ("openings and weights", worst.scalar, tolerance),
+            ("nodes' positions", worst.node_position_m / WIDTH_M, tolerance),
+            ("rotations", worst.rotation, WIDENED * tolerance),
+            ("nodes' rotations", worst.node_rotation, WIDENED * tolerance),
+        ] {
+            assert_small(&format!("{name} 3 m wide and 10 m away, {part}"), error, allowed);
         }
     }
 }

@@ -74,9 +74,10 @@ pub(crate) fn the_product_is_that_of_e3nn(tolerance: f64) {
                 displacement_m: vec![[0, 1, 2].map(|axis| 0.1 * direction[axis])],
                 weights: vec![1.0],
             };
-            let edges = EdgeTensors::collate([(&list, 1)], &RADIAL, &device);
+            let edges = EdgeTensors::collate([(&list, 1)], &RADIAL, &device).expect("the list is sound");
             let max_degree = input.max_degree.max(output.max_degree);
-            let frames = EdgeFrames::new(edges, list.displacement_m.iter(), max_degree, &device);
+            let frames = EdgeFrames::new(edges, list.displacement_m.iter(), max_degree, &device)
+                .expect("there is one displacement");
             let degrees = |key: &str| -> Vec<Vec<f64>> {
                 entry[key].as_array().expect("a list").iter().map(numbers).collect()
             };

@@ -61,7 +61,9 @@ pub(crate) fn centre_edges(clouds: &[Cloud], world: &World) -> Vec<EdgeList> {
 
 pub(crate) fn frames(lists: &[EdgeList], max_degree: usize, device: &Device) -> EdgeFrames {
     let edges = EdgeTensors::collate(lists.iter().map(|list| (list, GRAPH.centres)), &RADIAL, device);
-    EdgeFrames::new(edges, lists.iter().flat_map(|list| &list.displacement_m), max_degree, device)
+    let displacements = lists.iter().flat_map(|list| &list.displacement_m);
+    EdgeFrames::new(edges.expect("the lists are sound"), displacements, max_degree, device)
+        .expect("there is one displacement for each edge")
 }
 
 /// A convolution's output over the centres of clouds.
@@ -119,7 +121,8 @@ fn attention(
     rng: &mut ChaCha8Rng,
 ) -> f64 {
     let config = NeighborAttentionConfig { input, output, heads: 2, radial: RADIAL_MLP };
-    let (clouds, layer) = (clouds(rng), shaken(config.init(device, rng), SHAKE, rng));
+    let layer = |rng: &mut ChaCha8Rng| config.init(device, rng).expect("the heads divide the channels");
+    let (clouds, layer) = (clouds(rng), shaken(layer(rng), SHAKE, rng));
     let features = HostFiber::random(2 * GRAPH.centres, &input.fiber(), rng);
     fiber_deviation(worlds, |world| {
         let edges = frames(&centre_edges(&clouds, world), 3, device);

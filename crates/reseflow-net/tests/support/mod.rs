@@ -6,6 +6,7 @@ pub(crate) mod degenerate;
 pub(crate) mod degree_laws;
 pub(crate) mod degree_layers;
 pub(crate) mod edge_messages;
+pub(crate) mod fading;
 pub(crate) mod features;
 pub(crate) mod fibers;
 pub(crate) mod gradients;

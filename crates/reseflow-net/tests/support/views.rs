@@ -91,7 +91,7 @@ fn convolved(
     device: &Device,
 ) -> Vec<Vec<f64>> {
     let mut rng = rng(56);
-    let mut edges = EdgeTensors::collate([(list, *nodes)], &RADIAL, device);
+    let mut edges = EdgeTensors::collate([(list, *nodes)], &RADIAL, device).expect("the list is sound");
     edges.directions = viewed(view, &edges.directions).1;
     edges.weights = viewed(view, &edges.weights).1;
     let (count, receivers) = (list.sources.len(), list.sources.len() / list.per_receiver);
@@ -154,8 +154,9 @@ fn product(
     let mut rng = rng(57);
     let product =
         EdgeProduct { input: uniform(degree, channels), outputs: vec![uniform(1, channels), uniform(2, 1)] };
-    let edges = EdgeTensors::collate([(list, *nodes)], &RADIAL, device);
-    let mut frames = EdgeFrames::new(edges, list.displacement_m.iter(), 2, device);
+    let edges = EdgeTensors::collate([(list, *nodes)], &RADIAL, device).expect("the list is sound");
+    let mut frames = EdgeFrames::new(edges, list.displacement_m.iter(), 2, device)
+        .expect("there is one displacement for each edge");
     frames.wigner = viewed(view, &frames.wigner).1;
     let mut owners = Vec::new();
     let degrees = (0..=degree).map(|degree| {

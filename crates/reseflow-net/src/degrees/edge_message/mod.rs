@@ -24,6 +24,7 @@ use burn::tensor::Tensor;
 use self::operation::{EdgeMessageOps, Messages};
 use super::{EdgeFrames, EdgeProduct, FiberFeatures};
 use crate::host::on_host;
+use crate::shape::must_be;
 
 /// The messages of `product` at every edge, in one pass on flex and ndarray and by [`composed`] elsewhere; the Wigner matrices are
 /// constants for the backward pass.
@@ -33,6 +34,9 @@ use crate::host::on_host;
 /// - `radial`: the radial features of every edge, `[E, H]`
 /// - `weight`: from these to the kernel's weights, `[H, W]`
 /// - output: for each output the components that are not zero, in the edges' frames, `[E, R, C']`
+///
+/// # Panics
+/// Where a tensor has another shape, or the frames are of lower degrees than the input.
 pub fn fused(
     product: &EdgeProduct,
     sources: &FiberFeatures,
@@ -40,6 +44,7 @@ pub fn fused(
     weight: Tensor<2>,
     edges: &EdgeFrames,
 ) -> Vec<Tensor<3>> {
+    check(product, sources, &radial, &weight, edges);
     if !on_host(&radial.device()) {
         return composed(product, sources, radial, weight, edges);
     }
@@ -69,6 +74,9 @@ pub fn fused(
 ///
 /// # Shapes
 /// As [`fused`].
+///
+/// # Panics
+/// As [`fused`].
 pub fn composed(
     product: &EdgeProduct,
     sources: &FiberFeatures,
@@ -76,6 +84,23 @@ pub fn composed(
     weight: Tensor<2>,
     edges: &EdgeFrames,
 ) -> Vec<Tensor<3>> {
+    check(product, sources, &radial, &weight, edges);
     let weights = product.split(&radial.matmul(weight));
     product.forward(edges.at_sources(sources, product.input.max_degree), weights)
+}
+
+/// The kernel reads slices, in which a wrong shape would be wrong numbers.
+#[track_caller]
+fn check(
+    product: &EdgeProduct,
+    sources: &FiberFeatures,
+    radial: &Tensor<2>,
+    weight: &Tensor<2>,
+    edges: &EdgeFrames,
+) {
+    sources.must_have("edge messages", product.input.by_degree());
+    edges.must_reach(product.input.max_degree);
+    let ([rows, width], [edge_count, _]) = (radial.dims(), edges.presence.dims());
+    must_be("edge messages: rows of radial features", edge_count, rows);
+    must_be("edge messages: the matrix of kernel weights", [width, product.weight_count()], weight.dims());
 }

@@ -2,9 +2,9 @@
 
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor};
-use reseflow_net::{DriftNet, Nonlinearity, SE3ManiNet};
+use reseflow_net::{DriftNet, SE3ManiNet};
 
-use crate::support::degree_laws::mani_net_loss;
+use crate::support::degree_laws::{NONLINEARITIES, mani_net_loss};
 use crate::support::gradients::{NamedGradient, generic_loss, named_gradients};
 use crate::support::laws::example;
 use crate::support::mani_net::small_mani_net;
@@ -99,31 +99,34 @@ fn assert_slopes<M: Module>(
 
 #[test]
 fn the_gradient_is_the_slope_of_the_loss() {
-    let [(_, device), _] = devices();
-    let gradients = gradient(&device);
-    let loss = |net: &DriftNet| generic_loss(net, &scenes(), &device);
-    assert_slopes("the drift", &network(&device), &gradients, loss, 50);
+    for (name, device) in devices() {
+        let gradients = gradient(&device);
+        let loss = |net: &DriftNet| generic_loss(net, &scenes(), &device);
+        assert_slopes(&format!("{name} drift"), &network(&device), &gradients, loss, 50);
+    }
 }
 
 #[test]
 fn the_gradient_of_the_twist_form_is_the_slope_of_its_loss() {
-    let [(_, device), _] = devices();
     let net = |device: &Device| {
         let mut rng = rng(35);
         shaken_net(&in_twist_form(small()), device, &mut rng)
     };
-    let tracked = device.clone().autodiff();
-    let tracked_net = net(&tracked);
-    let gradients = twist_loss(&tracked_net, &scenes(), &tracked).backward();
-    let gradients = named_gradients(&tracked_net, &gradients);
-    let loss = |net: &DriftNet| twist_loss(net, &scenes(), &device);
-    assert_slopes("the twists", &net(&device), &gradients, loss, 50);
+    for (name, device) in devices() {
+        let tracked = device.clone().autodiff();
+        let tracked_net = net(&tracked);
+        let gradients = twist_loss(&tracked_net, &scenes(), &tracked).backward();
+        let gradients = named_gradients(&tracked_net, &gradients);
+        let loss = |net: &DriftNet| twist_loss(net, &scenes(), &device);
+        assert_slopes(&format!("{name} twists"), &net(&device), &gradients, loss, 50);
+    }
 }
 
 #[test]
 fn the_gradient_of_mani_net_is_the_slope_of_its_loss() {
-    let [(_, device), _] = devices();
-    for nonlinearity in [Nonlinearity::Norm, Nonlinearity::Gated] {
+    let every =
+        devices().into_iter().flat_map(|of| NONLINEARITIES.map(|nonlinearity| (of.clone(), nonlinearity)));
+    for ((name, device), nonlinearity) in every {
         let net = |device: &Device| {
             let mut rng = rng(33);
             let net = small_mani_net(nonlinearity).init(device, &mut rng).expect("the sizes make sense");
@@ -135,7 +138,7 @@ fn the_gradient_of_mani_net_is_the_slope_of_its_loss() {
         let gradients = mani_net_loss(&tracked_net, &clouds, &tracked).backward();
         let gradients = named_gradients(&tracked_net, &gradients);
         let loss = |net: &SE3ManiNet| mani_net_loss(net, &clouds, &device);
-        assert_slopes(&format!("SE3ManiNet, {nonlinearity:?},"), &net(&device), &gradients, loss, 50);
+        assert_slopes(&format!("{name} SE3ManiNet, {nonlinearity:?},"), &net(&device), &gradients, loss, 50);
     }
 }
 

@@ -1,10 +1,15 @@
-//! What the network costs at its default size: `cargo bench -p reseflow-net`. `net/degrees.rs` has the layers of all degrees.
+//! What the network costs at its default size: `cargo bench -p reseflow-net`. `net/decoder.rs` has the decoder by itself, `net/layers.rs`
+//! the layers, `net/degrees.rs` what is made of features of all degrees.
 //!
 //! Where a throughput stands, it is in operations (multiplications and additions) per second; `peak_by_matrix_product` in
 //! `net/degrees.rs` is what the machine reaches at most.
 
+#[path = "net/decoder.rs"]
+mod decoder;
 #[path = "net/degrees.rs"]
 mod degrees;
+#[path = "net/layers.rs"]
+mod layers;
 
 use burn::tensor::{Device, Tensor};
 use divan::counter::ItemsCount;
@@ -97,11 +102,15 @@ impl Workload {
     }
 }
 
+/// Operations of a matrix product.
+fn product(rows: usize, inputs: usize, outputs: usize) -> usize {
+    2 * rows * inputs * outputs
+}
+
 /// Operations of the encoder's matrix products for one frame of one scene.
 fn encoder_operations(points: usize) -> usize {
     let EncoderConfig { graph, channels, layers, nodes, point_radial, centre_radial } =
         DriftNetConfig::default().encoder;
-    let product = |rows: usize, inputs: usize, outputs: usize| 2 * rows * inputs * outputs;
     let GraphConfig { centres, point_neighbors, centre_neighbors, .. } = graph;
     let convolution = |sources: usize, neighbors: usize, radial: usize, paths: usize| {
         let edges = centres * neighbors;
@@ -153,14 +162,7 @@ fn encode_forward_and_backward<const POINTS: usize>(bencher: Bencher, name: &str
     });
 }
 
-#[divan::bench(args = DEVICES, consts = [1, BATCH])]
-fn decode<const SCENES: usize>(bencher: Bencher, name: &str) {
-    let workload = Workload::new(device(name), SCENES, POINTS);
-    let context = workload.context();
-    bencher.bench(|| finish(workload.decode(&context).positions_m));
-}
-
-/// Encoder and decoder; the decoder's part is what this takes beyond `encode_forward_and_backward` at as many points.
+/// Encoder and decoder.
 #[divan::bench(args = DEVICES)]
 fn forward_and_backward_of_a_batch(bencher: Bencher, name: &str) {
     let workload = Workload::new(device(name).autodiff(), BATCH, POINTS);

@@ -31,10 +31,10 @@ fn graph(points: usize, config: &GraphConfig, rng: &mut ChaCha8Rng) -> CloudGrap
 }
 
 /// One layer's input: 128 points, 16 neighbours each, 8 channels.
-struct Layer {
+pub(super) struct Layer {
     fiber: UniformFiber,
-    device: Device,
-    features: FiberFeatures,
+    pub(super) device: Device,
+    pub(super) features: FiberFeatures,
     frames: EdgeFrames,
     harmonics: EdgeHarmonics,
     convolution: TensorProductConvolution,
@@ -42,7 +42,7 @@ struct Layer {
 
 impl Layer {
     #[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]
-    fn new(device: Device, max_degree: usize) -> Layer {
+    pub(super) fn new(device: Device, max_degree: usize) -> Layer {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let list = graph(GRAPH.centres, &GRAPH, &mut rng).centre_edges;
         let edges =
@@ -72,7 +72,7 @@ impl Layer {
     }
 }
 
-fn all(features: FiberFeatures) -> f32 {
+pub(super) fn all(features: FiberFeatures) -> f32 {
     features.degrees.into_iter().map(finish).sum()
 }
 
@@ -89,6 +89,18 @@ fn convolution<const DEGREE: usize>(bencher: Bencher, name: &str) {
     let layer = Layer::new(device(name), DEGREE);
     let bencher = bencher.counter(layer.operations(false));
     bencher.bench(|| all(layer.convolution.forward(&layer.features, &layer.frames)));
+}
+
+/// Of the features and all weights; three times the products of the forward pass, and the messages once more.
+#[divan::bench(args = DEVICES, consts = [1, 2, 3])]
+fn convolution_forward_and_backward<const DEGREE: usize>(bencher: Bencher, name: &str) {
+    let layer = Layer::new(device(name).autodiff(), DEGREE);
+    bencher.bench(|| {
+        let features = layer.features.degrees.iter().map(|degree| degree.clone().require_grad());
+        let features = FiberFeatures { degrees: features.collect() };
+        let degrees = layer.convolution.forward(&features, &layer.frames).degrees.into_iter();
+        degrees.map(|degree| degree.square().sum()).reduce(|a, b| a + b).map(|loss| loss.backward())
+    });
 }
 
 #[divan::bench(args = DEVICES, consts = [1, 2, 3])]

@@ -10,7 +10,7 @@ use crate::rollouts::{FIRST_SEED, LatencyMillis};
 /// Plans before the first one that counts.
 const WARM_UP: usize = 3;
 /// Evaluations of the network to spend, at the least [`FEWEST_PLANS`] plans and at most [`MOST_PLANS`].
-const EVALUATIONS: usize = 2000;
+const EVALUATIONS: usize = 600;
 const FEWEST_PLANS: usize = 20;
 const MOST_PLANS: usize = 200;
 

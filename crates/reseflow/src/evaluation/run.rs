@@ -40,6 +40,8 @@ pub struct EvalInputs {
     pub unimodal_d_geo: f64,
     /// Noise seeds, from 3407 on.
     pub seeds: usize,
+    /// Whether single plans are timed.
+    pub timed: bool,
     /// Where to compute.
     pub device: DeviceKind,
 }
@@ -101,7 +103,9 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
     for solver in &solvers {
         let mut row = score_steps(policy.sampler(), &held_out.dataset, &seeds, solver, inputs.unimodal_d_geo)
             .map_err(about)?;
-        row.latency = plan_latency(policy, &held_out.dataset, solver, row.evaluations).map_err(about)?;
+        if inputs.timed {
+            row.latency = plan_latency(policy, &held_out.dataset, solver, row.evaluations).map_err(about)?;
+        }
         tracing::info!(
             solver = row.solver,
             steps = row.steps,

@@ -28,7 +28,7 @@ impl PairedDifference {
     /// Of the first episodes, as many as both have; `None` for fewer than two, or where the reference's mean is 0.
     pub fn between(values: &[f64], reference: &[f64]) -> Option<Self> {
         let pairs: Vec<(f64, f64)> = values.iter().copied().zip(reference.iter().copied()).collect();
-        let difference = |pairs: &[(f64, f64)]| Some(mean_of(pairs, |(a, b)| a - b)?);
+        let difference = |pairs: &[(f64, f64)]| mean_of(pairs, |(a, b)| a - b);
         let relative = |pairs: &[(f64, f64)]| Some(difference(pairs)? / mean_of(pairs, |(_, b)| b)?);
         let finite = relative(&pairs).filter(|relative| relative.is_finite())?;
         let (absolute, share) =

@@ -55,6 +55,7 @@ impl Context<'_> {
             solver,
             unimodal_d_geo: section.unimodal_d_geo,
             seeds: section.seeds,
+            timed: split == EvalSplit::Test,
             device: self.config.device,
         };
         let loaded = inputs.load()?;

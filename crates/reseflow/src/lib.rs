@@ -14,4 +14,5 @@ pub mod pipeline;
 pub mod plot;
 pub mod provenance;
 pub mod reflow;
+pub mod report;
 pub mod rollouts;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use reseflow_data::Split;
 
-use super::{CameraArgs, SolverArgs};
+use super::{CameraArgs, ReportArgs, SolverArgs};
 use crate::config::{Override, UNIMODAL_D_GEO};
 
 /// Simulate, train, evaluate and look at SE(3)-equivariant rectified-flow policies.
@@ -48,6 +48,8 @@ pub enum Command {
     Rollout(RolloutArgs),
     /// Do everything that a configuration says: data, training, evaluation, rollouts, pictures
     Run(RunArgs),
+    /// Put finished runs into one report: tables and figures beside the paper's
+    Report(ReportArgs),
 }
 
 /// Which part of a task's distribution.

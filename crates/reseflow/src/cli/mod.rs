@@ -3,6 +3,7 @@
 mod args;
 mod camera;
 mod parse;
+mod report;
 mod solver;
 
 pub use args::{
@@ -11,4 +12,5 @@ pub use args::{
 };
 pub use camera::CameraArgs;
 pub use parse::{Parsed, parse};
+pub use report::ReportArgs;
 pub use solver::SolverArgs;

@@ -5,6 +5,7 @@ mod generate;
 mod inspect;
 mod predict;
 mod reflow;
+mod report;
 mod rollout;
 mod run;
 mod train;
@@ -27,5 +28,6 @@ pub fn execute(cli: Cli) -> anyhow::Result<()> {
         Command::Predict(args) => predict::execute(&args, &terminal),
         Command::Eval(args) => eval::execute(&args, &terminal),
         Command::Run(args) => run::execute(&args, &terminal),
+        Command::Report(args) => report::execute(&args, &terminal),
     }
 }

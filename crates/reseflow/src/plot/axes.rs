@@ -3,9 +3,9 @@
 use super::picture::{GREY, GRID, INK, Lettering, Picture, Stroke};
 
 /// Size of tick labels.
-pub const TICK_SIZE: f64 = 12.5;
+pub const TICK_SIZE: f64 = 14.0;
 /// Size of axis labels.
-pub(super) const LABEL_SIZE: f64 = 13.5;
+pub(super) const LABEL_SIZE: f64 = 15.0;
 
 /// How an axis is divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,7 +101,7 @@ impl Frame {
             picture.line([(x, top), (x, bottom)], grid);
             let half = 0.5 * super::picture::text_width(text, TICK_SIZE);
             if x - half > last + 3.0 {
-                picture.text((x, bottom + 12.0), text, tick);
+                picture.text((x, bottom + 13.0), text, tick);
                 last = x + half;
             }
         }
@@ -116,7 +116,7 @@ impl Frame {
         }
         picture.line([(left, top), (left, bottom), (right, bottom)], Stroke::solid(INK, 1.0));
         let label = Lettering::sized(LABEL_SIZE);
-        picture.text((left + 0.5 * width, bottom + 31.0), &self.x.label, label);
+        picture.text((left + 0.5 * width, bottom + 33.0), &self.x.label, label);
         picture.text((left - 48.0, top + 0.5 * height), &self.y.label, label.turned());
     }
 }
@@ -145,8 +145,8 @@ fn log_ticks(low: f64, high: f64) -> Vec<(f64, String)> {
     }
     let decades = (high / low).log10();
     let digits: &[f64] = match decades {
-        ..0.5 => &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
-        ..2.6 => &[1.0, 2.0, 5.0],
+        ..0.5 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        ..3.2 => &[1.0, 2.0, 5.0],
         _ => &[1.0],
     };
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);

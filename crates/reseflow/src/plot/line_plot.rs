@@ -8,14 +8,14 @@ use super::look::Look;
 use super::picture::{INK, Lettering, Picture, text_width};
 
 /// Size of titles.
-pub const TITLE_SIZE: f64 = 17.0;
+pub const TITLE_SIZE: f64 = 18.5;
 /// Size of legends and of the titles of panels.
-pub const LEGEND_SIZE: f64 = 14.0;
+pub const LEGEND_SIZE: f64 = 15.5;
 const MARGIN: f64 = 14.0;
 /// Room left of a panel's frame, for its ticks and label.
-const LEFT: f64 = 66.0;
+const LEFT: f64 = 68.0;
 const RIGHT: f64 = 16.0;
-const BELOW: f64 = 48.0;
+const BELOW: f64 = 50.0;
 const PANEL_TITLE: f64 = 26.0;
 const LEGEND_LINE: f64 = 24.0;
 

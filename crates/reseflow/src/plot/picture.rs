@@ -8,7 +8,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::{PlotError, encode_png, font};
 
 /// A colour, sRGB.
-pub type Ink = RGBColor;
+pub use plotters::style::RGBColor as Ink;
 
 /// Text and axes; a dark page turns it light.
 pub const INK: Ink = RGBColor(0, 0, 0);
@@ -21,6 +21,9 @@ pub const PAPER: Ink = RGBColor(255, 255, 255);
 
 /// Backend units for one of a picture's, whose coordinates are whole numbers.
 const FINENESS: f64 = 4.0;
+/// By how much of its size a bitmap's text is lowered: plotters centres its box there, which has more room above than below the
+/// letters, and in SVG the letters themselves.
+const LOWERED: f64 = 0.13;
 /// How many of these make a pixel of a bitmap, a side: what smooths its edges.
 const SMOOTHING: u32 = 2;
 
@@ -33,6 +36,8 @@ pub enum Dash {
     Dashed,
     /// Dots.
     Dotted,
+    /// No line at all, where markers say everything.
+    Absent,
 }
 
 /// What stands at a point.
@@ -201,7 +206,7 @@ impl Picture {
     pub fn image(&self) -> Result<RgbImage, PlotError> {
         let size = self.backend_size();
         let mut pixels = vec![255; (size.0 * size.1 * 3) as usize];
-        self.paint(BitMapBackend::with_buffer(&mut pixels, size))?;
+        self.paint(BitMapBackend::with_buffer(&mut pixels, size), LOWERED)?;
         let image = RgbImage::from_raw(size.0, size.1, pixels)
             .ok_or_else(|| PlotError::new(&self.title, "the buffer has the wrong size"))?;
         Ok(imageops::thumbnail(&image, size.0 / SMOOTHING, size.1 / SMOOTHING))
@@ -221,7 +226,7 @@ impl Picture {
     /// When the drawing library fails.
     pub fn svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
-        self.paint(SVGBackend::with_string(&mut svg, self.backend_size()))?;
+        self.paint(SVGBackend::with_string(&mut svg, self.backend_size()), 0.0)?;
         // The bundled font is not on the reader's machine; these are as wide.
         let family = format!("\"{}\"", font::FAMILY);
         let svg = svg.replace(&family, "\"Ubuntu, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif\"");
@@ -236,12 +241,12 @@ impl Picture {
         (units(self.size.0), units(self.size.1))
     }
 
-    fn paint<B: DrawingBackend>(&self, backend: B) -> Result<(), PlotError> {
+    fn paint<B: DrawingBackend>(&self, backend: B, lowered: f64) -> Result<(), PlotError> {
         font::register()?;
         let area = backend.into_drawing_area();
         let fail = |reason: DrawingAreaErrorKind<B::ErrorType>| PlotError::new(&self.title, reason);
         area.fill(&PAPER).map_err(fail)?;
-        self.marks.iter().try_for_each(|mark| mark.paint(&area)).map_err(fail)?;
+        self.marks.iter().try_for_each(|mark| mark.paint(&area, lowered)).map_err(fail)?;
         area.present().map_err(fail)
     }
 }
@@ -258,6 +263,7 @@ impl Mark {
     fn paint<B: DrawingBackend>(
         &self,
         area: &DrawingArea<B, Shift>,
+        lowered: f64,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         match self {
             Self::Line { points, stroke } => {
@@ -266,6 +272,7 @@ impl Mark {
                     Dash::Solid => vec![points.clone()],
                     Dash::Dashed => dashes(points, 7.0, 4.0),
                     Dash::Dotted => dashes(points, 2.0, 3.0),
+                    Dash::Absent => Vec::new(),
                 }
                 .into_iter();
                 let path = |piece: Vec<(f64, f64)>| piece.into_iter().map(unit).collect::<Vec<_>>();
@@ -290,7 +297,10 @@ impl Mark {
                     .transform(turn)
                     .color(&lettering.ink)
                     .pos(Pos::new(horizontal, VPos::Center));
-                area.draw_text(text, &style, unit(*at))
+                let (x, y) = *at;
+                let drop = lowered * lettering.size;
+                let place = if lettering.upright { (x, y + drop) } else { (x + drop, y) };
+                area.draw_text(text, &style, unit(place))
             }
         }
     }

@@ -10,6 +10,7 @@ mod policies;
 mod recording;
 mod references;
 mod reflow;
+mod report;
 mod resume;
 mod shipped;
 mod splits;

@@ -1,0 +1,270 @@
+//! What runs left in their folders, read and sorted.
+
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::error::bad_input;
+use crate::evaluation::{EvalReport, SamplersReport};
+use crate::learners::Learner;
+use crate::rollouts::RolloutReport;
+
+/// A policy's scores on recorded episodes.
+#[derive(Debug)]
+pub(super) struct Eval {
+    pub(super) learner: Learner,
+    pub(super) split: String,
+    pub(super) report: EvalReport,
+}
+
+/// A policy acting in the simulator.
+#[derive(Debug)]
+pub(super) struct Acting {
+    pub(super) learner: Learner,
+    pub(super) report: RolloutReport,
+}
+
+/// A run's folder.
+#[derive(Debug)]
+pub(super) struct Run {
+    pub(super) folder: PathBuf,
+    pub(super) name: String,
+    pub(super) task: String,
+    /// Training demonstrations, where the configuration says.
+    pub(super) demonstrations: Option<usize>,
+    /// The resolved configuration as it stands in its file.
+    pub(super) config: Option<String>,
+    pub(super) evals: Vec<Eval>,
+    pub(super) acting: Vec<Acting>,
+    /// Solvers at equal cost.
+    pub(super) samplers: Option<SamplersReport>,
+    /// The names of stages and the seconds that they took.
+    pub(super) stages: Vec<(String, f64)>,
+    /// What is not there, a sentence each.
+    pub(super) missing: Vec<String>,
+}
+
+impl Run {
+    /// Reads the folder.
+    ///
+    /// # Errors
+    /// Bad input: there is no such folder, it holds neither a configuration nor a result, or a file in it is broken.
+    pub(super) fn read(folder: &Path) -> anyhow::Result<Self> {
+        let place = folder.display();
+        if !folder.is_dir() {
+            return Err(bad_input(format!(
+                "{place}: there is no such folder, expected one that `reseflow run` made"
+            )));
+        }
+        let config = text(&folder.join("config.toml"))?;
+        let settings = match &config {
+            Some(text) => text.parse::<toml::Table>().map_err(|fault| {
+                let reason = fault.message().to_owned();
+                bad_input(format!("{place}/config.toml: not a configuration: {reason}"))
+            })?,
+            None => toml::Table::new(),
+        };
+        let (mut evals, mut acting, mut samplers) = (Vec::new(), Vec::new(), None);
+        for (name, path) in results(folder)? {
+            let words: Vec<&str> = name.split('-').collect();
+            match words[0] {
+                "eval" => {
+                    let report: EvalReport = json(&path)?;
+                    if report.rows.is_empty() {
+                        return Err(bad_input(format!(
+                            "{}: `rows` is empty, expected scores",
+                            path.display()
+                        )));
+                    }
+                    let learner = learner_of(&words, &report.checkpoint, &report.config);
+                    let named = ["wide", "turned"].into_iter().find(|split| words.contains(split));
+                    let split = named.map(str::to_owned).or(report.split.map(|split| split.to_string()));
+                    evals.push(Eval { learner, split: split.unwrap_or_else(|| "test".to_owned()), report });
+                }
+                "rollout" => {
+                    let report: RolloutReport = json(&path)?;
+                    acting
+                        .push(Acting { learner: learner_of(&words, &report.policy, &report.config), report });
+                }
+                "samplers" => samplers = Some(json(&path)?),
+                _ => {}
+            }
+        }
+        evals.sort_by_key(|eval| {
+            (rank(eval.learner), ["test", "wide"].iter().position(|s| *s == eval.split).unwrap_or(2))
+        });
+        acting.sort_by_key(|acting| rank(acting.learner));
+        if config.is_none() && evals.is_empty() && acting.is_empty() {
+            return Err(bad_input(format!(
+                "{place}: holds neither config.toml nor a result, expected a folder that `reseflow run` made"
+            )));
+        }
+        let word = |key: &str| settings.get(key).and_then(|value| value.as_str()).map(str::to_owned);
+        let told = evals.iter().find_map(|eval| eval.report.task.clone());
+        let told = told.or_else(|| acting.first().map(|acting| acting.report.task.clone()));
+        let file_name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
+        let demonstrations = settings.get("data").and_then(|data| data.get("train_episodes"));
+        let mut run = Self {
+            folder: folder.to_owned(),
+            name: word("name").or(file_name).unwrap_or_else(|| "run".to_owned()),
+            task: word("task").or(told).unwrap_or_else(|| "unknown task".to_owned()),
+            demonstrations: demonstrations.and_then(|count| usize::try_from(count.as_integer()?).ok()),
+            config,
+            evals,
+            acting,
+            samplers,
+            stages: stages(folder)?,
+            missing: Vec::new(),
+        };
+        run.note_missing();
+        Ok(run)
+    }
+
+    /// The scores of `learner` on the test split.
+    pub(super) fn on_test(&self, learner: Learner) -> Option<&EvalReport> {
+        let found = self.evals.iter().find(|eval| eval.learner == learner && eval.split == "test");
+        found.map(|eval| &eval.report)
+    }
+
+    /// Whether episodes have two experts, so that the distance to one of them says little.
+    pub(super) fn has_modes(&self) -> bool {
+        self.evals.iter().any(|eval| eval.report.rows.iter().any(|row| row.modes.is_some()))
+    }
+
+    /// The path of something in the folder, where it is there.
+    pub(super) fn find(&self, name: &str) -> Option<PathBuf> {
+        Some(self.folder.join(name)).filter(|path| path.exists())
+    }
+
+    /// The folder of a policy: the run's own, or the one that its evaluation names.
+    pub(super) fn checkpoint(&self, learner: Learner) -> Option<PathBuf> {
+        let named =
+            || Some(PathBuf::from(&self.on_test(learner)?.checkpoint)).filter(|folder| folder.is_dir());
+        self.find(&learner.name("checkpoint")).or_else(named)
+    }
+
+    fn note_missing(&mut self) {
+        let wanted = [
+            (self.config.is_some(), "config.toml"),
+            (!self.stages.is_empty(), "summary.json"),
+            (!self.evals.is_empty(), "eval.json"),
+            (
+                self.evals.iter().any(|eval| matches!(eval.learner, Learner::Flow(2..))),
+                "eval-2.json (Flow 2)",
+            ),
+            (self.evals.iter().any(|eval| eval.learner == Learner::Baseline), "eval-baseline.json (ET-SEED)"),
+            (!self.acting.is_empty(), "rollout.json"),
+            (self.find("data/train.npz").is_some(), "data/train.npz"),
+            (self.find("data/test.npz").is_some(), "data/test.npz"),
+        ];
+        let absent: Vec<&str> =
+            wanted.into_iter().filter(|(there, _)| !there).map(|(_, name)| name).collect();
+        if !absent.is_empty() {
+            self.missing.push(format!(
+                "{}: there is no {}; what needs it is left out.",
+                self.name,
+                absent.join(", ")
+            ));
+        }
+    }
+}
+
+/// The order of policies: flows, the baseline, the regressor.
+fn rank(learner: Learner) -> usize {
+    match learner {
+        Learner::Flow(flow) => flow,
+        Learner::Baseline => 1000,
+        Learner::Regressor => 1001,
+    }
+}
+
+/// Whose result it is: by the kind in the checkpoint's configuration; a flow's number stands in the file's name or the checkpoint's.
+fn learner_of(words: &[&str], checkpoint: &str, config: &Value) -> Learner {
+    if config["kind"] == "et_seed" || words.contains(&"baseline") {
+        return Learner::Baseline;
+    }
+    if config["model"]["regression"] == true || words.contains(&"regressor") {
+        return Learner::Regressor;
+    }
+    let number = |word: &str| {
+        word.trim_start_matches("flow").parse::<usize>().ok().filter(|number| (1..100).contains(number))
+    };
+    let checkpoint = checkpoint.rsplit('/').next().unwrap_or_default();
+    let of_checkpoint = || checkpoint.rsplit('-').next().and_then(number);
+    Learner::Flow(words.iter().skip(1).find_map(|word| number(word)).or_else(of_checkpoint).unwrap_or(1))
+}
+
+/// The JSON files of results in a folder, by name without ending.
+fn results(folder: &Path) -> anyhow::Result<Vec<(String, PathBuf)>> {
+    let unreadable = |fault: std::io::Error| bad_input(format!("{}: {fault}", folder.display()));
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        if path.extension().is_some_and(|ending| ending == "json") {
+            found.push((name, path));
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// The stages that `summary.json` tells of.
+fn stages(folder: &Path) -> anyhow::Result<Vec<(String, f64)>> {
+    let path = folder.join("summary.json");
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let summary: Value = json(&path)?;
+    let stage = |stage: &Value| Some((stage["name"].as_str()?.to_owned(), stage["secs"].as_f64()?));
+    Ok(summary["stages"]
+        .as_array()
+        .map(|stages| stages.iter().filter_map(stage).collect())
+        .unwrap_or_default())
+}
+
+/// The text of a file; `None` where there is none.
+fn text(path: &Path) -> anyhow::Result<Option<String>> {
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok(Some(text)),
+        Err(fault) if fault.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(fault) => Err(bad_input(format!("{}: {fault}", path.display()))),
+    }
+}
+
+fn json<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
+    let text = text(path)?.unwrap_or_default();
+    let mut reader = serde_json::Deserializer::from_str(&text);
+    serde_path_to_error::deserialize(&mut reader).map_err(|fault| {
+        let place = match fault.path().to_string().as_str() {
+            "." => String::new(),
+            key => format!("`{key}`: "),
+        };
+        bad_input(format!("{}: {place}{}", path.display(), fault.inner()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_result_belongs_to_the_policy_that_its_configuration_and_names_tell() {
+        let flow = json!({"kind": "flow", "model": {"regression": false}});
+        let of = |name: &str, checkpoint: &str, config: &Value| {
+            learner_of(&name.split('-').collect::<Vec<_>>(), checkpoint, config)
+        };
+        assert_eq!(of("eval", "runs/a/checkpoint", &flow), Learner::Flow(1));
+        assert_eq!(of("eval-2", "runs/a/checkpoint-2", &flow), Learner::Flow(2));
+        assert_eq!(of("eval-wide-3", "elsewhere", &flow), Learner::Flow(3));
+        assert_eq!(of("rollout", "runs/a-1999/checkpoint-2", &flow), Learner::Flow(2), "the last flow acts");
+        assert_eq!(of("rollout-flow1", "runs/a/checkpoint", &flow), Learner::Flow(1));
+        assert_eq!(of("eval", "x", &json!({"kind": "et_seed"})), Learner::Baseline);
+        assert_eq!(
+            of("eval", "x", &json!({"kind": "flow", "model": {"regression": true}})),
+            Learner::Regressor
+        );
+    }
+}

@@ -1,0 +1,13 @@
+//! The report's tables, by what they are about.
+
+mod acting;
+mod errors;
+mod flows;
+mod origin;
+mod paper;
+
+pub(super) use acting::{closed_loop, latency};
+pub(super) use errors::{paired, scores};
+pub(super) use flows::{modes, nodes, samplers, straightness, turned};
+pub(super) use origin::{origin, stages};
+pub(super) use paper::beside_the_paper;

@@ -230,7 +230,7 @@ pub struct ReflowArgs {
 
 Writes `pose` [episodes, seeds, L, 4, 4] and `opening` [episodes, seeds, L] for the noise seeds 3407, 3408, …")]
 pub struct PredictArgs {
-    /// The checkpoint's folder
+    /// The checkpoint's folder, or the name of a policy that ships, for example door/flow2
     #[arg(long, value_name = "DIR")]
     pub checkpoint: PathBuf,
     /// The episodes
@@ -261,7 +261,7 @@ pub struct PredictArgs {
   reseflow eval --checkpoint runs/et-seed --data test.npz --steps 1,2,10,50,100 --out et-seed.json
   reseflow eval --checkpoint runs/mine --data test.npz --solver rk45 --rtol 1e-3 --out eval.json")]
 pub struct EvalArgs {
-    /// The checkpoint's folder
+    /// The checkpoint's folder, or the name of a policy that ships, for example door/flow2
     #[arg(long, value_name = "DIR")]
     pub checkpoint: PathBuf,
     /// The held-out episodes
@@ -300,8 +300,8 @@ pub struct EvalArgs {
 
 A policy whose checkpoint says that it has learned another task is refused, unless --any-task is given.")]
 pub struct RolloutArgs {
-    /// `expert`, `still`, or a checkpoint's folder
-    #[arg(long, value_name = "expert|still|DIR")]
+    /// `expert`, `still`, a checkpoint's folder, or the name of a policy that ships, for example door/flow2
+    #[arg(long, value_name = "expert|still|DIR|NAME")]
     pub policy: String,
     /// The task's name
     #[arg(long)]

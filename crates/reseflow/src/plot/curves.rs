@@ -84,15 +84,10 @@ pub fn per_action_error(
 /// Named quantities against the update. A long noisy curve is drawn as the means of `BINS` neighbourhoods; values that are not
 /// positive are left out.
 pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePlot {
-    let series = |(index, (label, points)): (usize, &(&str, Vec<(f64, f64)>))| {
+    let series = |index: usize, label: &str, points: &[(f64, f64)]| {
         let positive = |&(_, value): &(f64, f64)| value > 0.0 && value.is_finite();
         let points: Vec<(f64, f64)> = points.iter().copied().filter(positive).collect();
-        Series {
-            label: (*label).to_owned(),
-            points: binned(&points),
-            half_band: None,
-            look: Look::curve(index),
-        }
+        Series { label: label.to_owned(), points: binned(&points), half_band: None, look: Look::curve(index) }
     };
     LinePlot {
         title: title.to_owned(),
@@ -101,7 +96,10 @@ pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePl
         x_scale: Scale::Linear,
         y_scale: Scale::Log,
         x_ticks: None,
-        series: curves.iter().enumerate().map(series).filter(|series| !series.points.is_empty()).collect(),
+        series: (curves.iter().enumerate())
+            .map(|(index, (label, points))| series(index, label, points))
+            .filter(|series| !series.points.is_empty())
+            .collect(),
     }
 }
 

@@ -124,7 +124,7 @@ fn check_well_formed(text: &str) {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = text;
     while let Some(start) = rest.find('<') {
-        let end = rest[start..].find('>').expect("a tag without its end") + start;
+        let end = rest[start..].find('>').unwrap() + start;
         let tag = &rest[start + 1..end];
         rest = &rest[end + 1..];
         if tag.starts_with('!') || tag.ends_with('/') {

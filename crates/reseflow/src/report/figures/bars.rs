@@ -40,7 +40,7 @@ pub(super) fn chart(study: &Study, group: Group) -> Block {
     }
     if tasks.is_empty() {
         return Block::absent(format!(
-            "the bar chart with {}: no evaluation on the test split.",
+            "the bar chart with {}: no task with a single expert was scored on the test split.",
             group.title()
         ));
     }

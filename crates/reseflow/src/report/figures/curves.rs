@@ -105,7 +105,7 @@ pub(super) fn over_steps(study: &Study, group: Group) -> anyhow::Result<Block> {
             .to_owned(),
         panels,
         false,
-        format!("D̄_geo over steps with {}: no evaluation on the test split.", group.title()),
+        format!("D̄_geo over steps with {}: no task with a single expert was scored on the test split.", group.title()),
     )
 }
 

@@ -30,7 +30,7 @@ pub(super) fn chart(study: &Study, group: Group) -> Block {
     let columns = rows.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
     if columns == 0 || high <= 0.0 {
         return Block::absent(format!(
-            "the heat map with {}: no evaluation on the test split.",
+            "the heat map with {}: no task with a single expert was scored on the test split.",
             group.title()
         ));
     }

@@ -30,7 +30,7 @@ pub use objective::{
 };
 pub use path::Path;
 pub use prior::{GripperPrior, HaarPrior, Prior, PriorFrame};
-pub use solver::{AdaptiveConfig, Integrated, Solver, integrate};
+pub use solver::{AdaptiveConfig, Integrated, Solver, integrate, trace};
 pub use straightness::{Straightness, straightness};
 pub use time::{TimeSampling, TimeShape};
 pub use velocity::{ActionVelocity, ChunkVelocity};

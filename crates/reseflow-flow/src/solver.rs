@@ -21,7 +21,7 @@ mod tableau;
 use reseflow_data::ActionChunk;
 use serde::{Deserialize, Serialize};
 
-use crate::{Flow, FlowError, Path};
+use crate::{ChunkVelocity, Flow, FlowError, Path};
 
 pub use adaptive::AdaptiveConfig;
 pub(crate) use fixed::integrate_watched;
@@ -129,4 +129,22 @@ pub fn integrate(
         Solver::DormandPrince(config) => return adaptive::integrate(flow, path, noise, &config),
     };
     integrate_watched(flow, path, noise, tableau, steps, &mut |_, _| ())
+}
+
+/// The states that `steps` uniform Euler steps go through, from the noise to the ends: `[grid time][scene]`, `steps` + 1 times.
+///
+/// # Errors
+/// As [`integrate`].
+pub fn trace(
+    flow: &mut Flow<'_>,
+    path: Path,
+    noise: Vec<ActionChunk>,
+    steps: usize,
+) -> Result<Vec<Vec<ActionChunk>>, FlowError> {
+    Solver::Euler { steps }.validate()?;
+    let mut states = Vec::with_capacity(steps + 1);
+    let mut watch = |now: &[ActionChunk], _: &[ChunkVelocity]| states.push(now.to_vec());
+    let ends = integrate_watched(flow, path, noise, &EULER, steps, &mut watch)?.states;
+    states.push(ends);
+    Ok(states)
 }

@@ -3,7 +3,7 @@
 use burn::tensor::{Device, Tensor};
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{Action, ActionChunk, ObservationHistory, Window};
-use reseflow_flow::{FlowError, PriorFrame, Solver, Straightness, integrate, straightness};
+use reseflow_flow::{FlowError, PriorFrame, Solver, Straightness, integrate, straightness, trace};
 use reseflow_lie::geodesic_distance;
 use reseflow_net::{DriftNet, DriftNetConfig};
 
@@ -121,6 +121,27 @@ impl FlowPolicy {
         let mut field = NetField::new(&self.net, &scenes_of(histories), &self.device)?;
         let noise = self.model.noise(histories, seed, 0);
         Ok(straightness(&mut field.flow(), self.model.path, &noise, steps)?)
+    }
+
+    /// The ways of `steps` uniform Euler steps from the noise that [`TrainedPolicy::draw`] draws for `history` alone:
+    /// `[seed][grid time]`, `steps` + 1 trajectories each, with openings as the flow has them.
+    ///
+    /// # Errors
+    /// Where the observation cannot be used, or `steps` is zero.
+    pub fn trace(
+        &self,
+        history: &ObservationHistory,
+        seeds: &[u64],
+        steps: usize,
+    ) -> Result<Vec<Vec<ActionChunk>>, TrainError> {
+        let alone = std::slice::from_ref(history);
+        let mut field = NetField::new(&self.net, &scenes_of(alone), &self.device)?;
+        let way = |&seed: &u64| {
+            let noise = self.model.noise(alone, seed, 0);
+            let states = trace(&mut field.flow(), self.model.path, noise, steps)?;
+            Ok(states.into_iter().flatten().collect())
+        };
+        seeds.iter().map(way).collect()
     }
 }
 

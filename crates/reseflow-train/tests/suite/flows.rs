@@ -1,6 +1,6 @@
 //! Every kind of flow that the network can express trains, loads and moves with the scene.
 
-use reseflow_data::Split;
+use reseflow_data::{ActionChunk, Split};
 use reseflow_flow::{HaarPrior, ObjectiveConfig, Path, PoseError, Prior};
 use reseflow_train::{DeviceKind, FlowPolicy, ModelConfig, TrainConfig};
 
@@ -59,4 +59,24 @@ fn a_checkpoint_from_before_there_was_a_choice_loads_as_it_was() {
     }
     let draw = |policy: FlowPolicy| policy.predict(&histories(&data, 0), &SEEDS, 2).unwrap();
     assert_eq!(draw(FlowPolicy::load(&old, DeviceKind::Cpu).unwrap()), draw(shelf.policy("new")));
+}
+
+#[test]
+fn a_traced_way_leads_from_its_noise_to_what_the_policy_draws() {
+    let (shelf, data) = (Shelf::new(), demonstrations(Split::Train, 2));
+    shelf.train("flow", &tiny_training(20), &data, None).unwrap();
+    let policy = shelf.policy("flow");
+    let first = histories(&data, 0);
+    let ways = policy.trace(&first[0], &[5, 6], 4).unwrap();
+    assert_eq!(ways.iter().map(Vec::len).collect::<Vec<_>>(), [5, 5]);
+    let poses =
+        |chunk: &ActionChunk| chunk.iter().map(|action| action.world_from_gripper).collect::<Vec<_>>();
+    for (way, seed) in ways.iter().zip([5, 6]) {
+        let drawn = policy.predict(&first[..1], &[seed], 4).unwrap();
+        assert_eq!(poses(&way[4]), poses(&drawn[0][0].consensus), "the way of seed {seed} ends elsewhere");
+        assert!(way.windows(2).all(|pair| pair[0] != pair[1]), "the way of seed {seed} stands still");
+    }
+    assert_ne!(ways[0][0], ways[1][0], "two seeds start at the same noise");
+    assert_eq!(policy.trace(&first[0], &[5], 1).unwrap()[0][0], ways[0][0], "the noise depends on the steps");
+    assert!(policy.trace(&first[0], &[5], 0).is_err());
 }

@@ -1,8 +1,8 @@
 //! Where Flow 1 and Flow 2 carry the same noise in one scene, in one step and in many (after the paper's second figure).
 
-use reseflow_data::{Dataset, FlowPair};
+use reseflow_data::{ActionChunk, Dataset, ObservationHistory};
 use reseflow_lie::Vector3;
-use reseflow_train::{DeviceKind, PairConfig, Solver, make_pairs};
+use reseflow_train::DeviceKind;
 
 use super::super::gather::Run;
 use crate::learners::Learner;
@@ -13,32 +13,33 @@ use crate::plot::{
 };
 use crate::report::document::Block;
 use crate::report::study::{learner_title, task_title};
+use crate::rollouts::FIRST_SEED;
 
 /// Noises drawn.
 const NOISES: usize = 40;
 /// What counts as many steps.
 const MANY: usize = 100;
-/// Names the noise.
-const SEED: u64 = 3407;
 const PANEL: (f64, f64) = (345.0, 290.0);
 const TOP: f64 = 112.0;
 
-/// The same noise carried in one step and in many.
+/// The same noises carried in one step and in many.
 struct Carried {
     flow: Learner,
-    once: Vec<FlowPair>,
-    often: Vec<FlowPair>,
+    /// Where one step leads, a trajectory for each noise.
+    once: Vec<ActionChunk>,
+    /// The ways of many steps, from the noise on.
+    ways: Vec<Vec<ActionChunk>>,
 }
 
 /// One panel a flow: noise, where many steps lead, and where one step leads instead.
 pub(super) fn diagram(run: &Run, terminal: &Terminal) -> anyhow::Result<Block> {
     let absent = |reason: &str| Ok(Block::absent(format!("the flow diagram of {}: {reason}.", run.name)));
     let Some(path) = run.find("data/test.npz") else { return absent("its folder holds no test episodes") };
-    let mut dataset = Dataset::read(path)?;
-    dataset.episodes.truncate(1);
-    if dataset.is_empty() {
+    let dataset = Dataset::read(path)?;
+    let Some(episode) = dataset.episodes.first() else {
         return absent("its test split holds no episode");
-    }
+    };
+    let seeds: Vec<u64> = (FIRST_SEED..).take(NOISES).collect();
     let mut flows = Vec::new();
     for flow in (1..=9).map(Learner::Flow) {
         let Some(folder) = run.checkpoint(flow) else { continue };
@@ -47,13 +48,11 @@ pub(super) fn diagram(run: &Run, terminal: &Terminal) -> anyhow::Result<Block> {
             continue;
         }
         terminal.note(format!("{}: drawing {}", run.name, learner_title(flow)));
-        let carry = |steps| {
-            let config =
-                PairConfig { windows: 1, noises: NOISES, solver: Solver::Euler { steps }, seed: SEED };
-            let windows = make_pairs(&policy, &dataset, &config, &|_| ())?;
-            anyhow::Ok(windows.into_iter().flat_map(|window| window.pairs).collect::<Vec<_>>())
-        };
-        flows.push(Carried { flow, once: carry(1)?, often: carry(MANY)? });
+        let history = ObservationHistory::at_step(&episode.observations, 0, policy.observation_horizon());
+        let ways = policy.trace(&history, &seeds, MANY)?;
+        let once = policy.trace(&history, &seeds, 1)?;
+        let once = once.into_iter().filter_map(|mut way| way.pop()).collect();
+        flows.push(Carried { flow, once, ways });
     }
     if flows.is_empty() {
         return absent("there is no checkpoint of a flow");
@@ -63,9 +62,8 @@ pub(super) fn diagram(run: &Run, terminal: &Terminal) -> anyhow::Result<Block> {
         format!("flow-diagram-{}", run.name),
         format!(
             "The gripper's pose at the last action, seen from above; strokes show the direction in which the fingers close. {NOISES} \
-             noises (grey) and where {MANY} steps of Euler carry each (discs), joined by the geodesic between the two: the straight way \
-             that reflow learns from, not the way that the flow itself takes. Crosses: where a single step leads instead, joined to \
-             their disc. In a straight flow every cross has the place and the direction of its disc."
+             noises (grey), the ways on which {MANY} steps of Euler carry them, and their ends (discs). Crosses: where a single step leads \
+             instead, joined to their disc. In a straight flow every cross has the place and the direction of its disc."
         ),
         draw(&title, &flows),
     ))
@@ -81,9 +79,16 @@ fn draw(title: &str, flows: &[Carried]) -> Picture {
     picture.text((112.0, 52.0), format!("{MANY} steps"), key);
     picture.marker((212.0, 52.0), Marker::Cross, PALETTE[2], 4.5);
     picture.text((222.0, 52.0), "1 step", key);
-    let all = || flows.iter().flat_map(|carried| carried.once.iter().chain(&carried.often));
-    let ends: Vec<Vector3<f64>> = all().map(|pair| last(pair, false).0).collect();
-    let whole: Vec<Vector3<f64>> = all().map(|pair| last(pair, true).0).chain(ends.iter().copied()).collect();
+    let places = |chunks: &mut dyn Iterator<Item = &ActionChunk>| -> Vec<Vector3<f64>> {
+        chunks.map(|chunk| last(chunk).0).collect()
+    };
+    let ends = |carried: &Carried| {
+        let often = carried.ways.iter().filter_map(|way| way.last());
+        places(&mut carried.once.iter().chain(often))
+    };
+    let ends: Vec<Vector3<f64>> = flows.iter().flat_map(ends).collect();
+    let on_the_way = places(&mut flows.iter().flat_map(|carried| carried.ways.iter().flatten()));
+    let whole: Vec<Vector3<f64>> = on_the_way.into_iter().chain(ends.iter().copied()).collect();
     for (index, carried) in flows.iter().enumerate() {
         let left = 14.0 + index as f64 * 2.0 * PANEL.0;
         for (place, (points, title)) in
@@ -127,40 +132,34 @@ fn stroke(frame: &Frame, (place, closing): &(Vector3<f64>, Vector3<f64>), length
     [-1.0, 1.0].map(|side| (x + side * length * closing.x, y - side * length * closing.y))
 }
 
-/// Noise, and the geodesics from there to where many steps lead.
+/// Noise, and the ways of many steps from there.
 fn ways(picture: &mut Picture, frame: &Frame, carried: &Carried) {
     let at = |place: &Vector3<f64>| frame.place((place.x, place.y));
-    for pair in &carried.often {
-        let (Some(start), Some(end)) = (pair.noise.0.last(), pair.image.0.last()) else { continue };
-        let way = (0..=24).map(|step| {
-            let share = f64::from(step) / 24.0;
-            at(&start.world_from_gripper.interpolate_screw(&end.world_from_gripper, share).translation)
-        });
-        picture.line(way, Stroke::solid(PALETTE[1], 0.8));
-        picture.line(stroke(frame, &last(pair, true), 9.0), Stroke::solid(GREY, 1.2));
-        picture.disc(at(&last(pair, true).0), 2.2, GREY, 0.8);
+    for way in &carried.ways {
+        picture.line(way.iter().map(|chunk| at(&last(chunk).0)), Stroke::solid(PALETTE[1], 0.8));
+        let Some(noise) = way.first().map(last) else { continue };
+        picture.line(stroke(frame, &noise, 9.0), Stroke::solid(GREY, 1.2));
+        picture.disc(at(&noise.0), 2.2, GREY, 0.8);
     }
 }
 
 /// Where many steps and where one step lead.
 fn arrivals(picture: &mut Picture, frame: &Frame, carried: &Carried, length: f64) {
     let at = |place: &Vector3<f64>| frame.place((place.x, place.y));
-    for (once, often) in carried.once.iter().zip(&carried.often) {
-        let (cross, disc) = (last(once, false), last(often, false));
+    for (once, way) in carried.once.iter().zip(&carried.ways) {
+        let (cross, Some(disc)) = (last(once), way.last().map(last)) else { continue };
         picture.line([at(&cross.0), at(&disc.0)], Stroke::solid(GREY, 0.8));
         picture.line(stroke(frame, &disc, length), Stroke::solid(PALETTE[1], 1.2));
         picture.marker(at(&disc.0), Marker::Disc, PALETTE[1], 3.5);
     }
-    for once in &carried.once {
-        let cross = last(once, false);
+    for cross in carried.once.iter().map(last) {
         picture.line(stroke(frame, &cross, length), Stroke::solid(PALETTE[2], 1.2));
         picture.marker(at(&cross.0), Marker::Cross, PALETTE[2], 3.5);
     }
 }
 
-/// Place and closing direction of the last action of a pair's noise, or of its image.
-fn last(pair: &FlowPair, noise: bool) -> (Vector3<f64>, Vector3<f64>) {
-    let chunk = if noise { &pair.noise } else { &pair.image };
+/// Place and closing direction of the last action.
+fn last(chunk: &ActionChunk) -> (Vector3<f64>, Vector3<f64>) {
     let pose = chunk.0.last().map(|action| action.world_from_gripper);
     pose.map_or_else(Default::default, |pose| (pose.translation, pose.rotation.act(&Vector3::y())))
 }

@@ -35,7 +35,7 @@ pub(crate) struct Args {
     dry_run: bool,
 }
 
-/// Builds in release, runs the plan, and puts the finished runs into one report.
+/// Builds in release, runs the plan, and puts the runs that were finished into one report.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let plan = Plan::read(&workspace::root().join(PLAN))?;
     let pipeline = match (args.full, args.pretrained) {
@@ -44,12 +44,11 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         (false, false) => Pipeline::Usual,
     };
     let experiments = plan.of(pipeline);
-    let report = report(&plan, pipeline, &experiments);
     if args.dry_run {
         for experiment in &experiments {
             say(&format!("reseflow {}", typed(&plan.words(experiment))));
         }
-        say(&format!("reseflow {}", typed(&report)));
+        say(&format!("reseflow {}", typed(&report(&plan, pipeline, &experiments))));
         return Ok(());
     }
 
@@ -74,6 +73,14 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         let (took, total) = (clock(begun.elapsed()), clock(started.elapsed()));
         say(&format!("reproduce {place}/{count}: {name} {how} in {took}, {total} since the build"));
     }
+    let done: Vec<&Experiment> = experiments
+        .iter()
+        .copied()
+        .filter(|experiment| !failed.contains(&experiment.name.as_str()))
+        .collect();
+    if !done.is_empty() {
+        reseflow("the report", &report(&plan, pipeline, &done))?;
+    }
     if !failed.is_empty() {
         let (failed, count) = (failed.join(", "), failed.len());
         return Err(Failure::new(format!(
@@ -81,7 +88,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         ))
         .into());
     }
-    reseflow("the report", &report)?;
     say(&format!("reproduce: all done in {}", clock(started.elapsed())));
     Ok(())
 }

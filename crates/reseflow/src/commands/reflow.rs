@@ -28,7 +28,9 @@ pub(super) fn execute(args: &ReflowArgs, terminal: &Terminal) -> anyhow::Result<
         )));
     }
     // Before pairs are made, which takes its time.
-    load_flow(&args.checkpoint, config.device)?.model().validate_training(&config.train)?;
+    load_flow(&args.checkpoint, config.device)?
+        .model()
+        .validate_training(&reflow.training(&config.train, 1))?;
     let data = DatasetFile::read(&args.data)?;
     let validation = args.validation.as_deref().map(Dataset::read).transpose()?;
     OutputFolder::claim_around(&args.out)?;

@@ -101,6 +101,12 @@ impl Default for DataConfig {
     }
 }
 
+/// Whether `name` can be that of a folder, or a part of a file's, everywhere.
+pub fn is_folder_name(name: &str) -> bool {
+    let plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    !name.is_empty() && !name.starts_with('.') && name.chars().all(plain)
+}
+
 impl ExperimentConfig {
     /// Checks what the types cannot say.
     ///
@@ -117,10 +123,6 @@ impl ExperimentConfig {
         if self.output.as_os_str().is_empty() {
             return Err("`output` is empty, expected a folder, `.` for this one".to_owned());
         }
-        let is_folder_name = |name: &str| {
-            let plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
-            !name.is_empty() && !name.starts_with('.') && name.chars().all(plain)
-        };
         if !is_folder_name(&self.name) {
             let name = &self.name;
             return Err(format!(
@@ -132,6 +134,10 @@ impl ExperimentConfig {
         self.model.validate_training(&self.train).map_err(|fault| fault.to_string())?;
         if let Some(reflow) = &self.reflow {
             reflow.validate(&self.train).map_err(|fault| fault.to_string())?;
+            let training = reflow.training(&self.train, 1);
+            self.model
+                .validate_training(&training)
+                .map_err(|fault| format!("`reflow.objective`: {fault}"))?;
         }
         if let Some(baseline) = &self.baseline {
             baseline.validate(&self.model, &self.train).map_err(|fault| fault.to_string())?;

@@ -13,7 +13,7 @@ mod strict;
 use std::path::Path;
 
 pub use acting::{RolloutSection, RolloutVariant};
-pub use experiment::{DataConfig, ExperimentConfig};
+pub use experiment::{DataConfig, ExperimentConfig, is_folder_name};
 pub use nearest::nearest;
 pub use overrides::Override;
 pub use samplers::SamplersConfig;

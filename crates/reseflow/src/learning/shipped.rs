@@ -41,7 +41,8 @@ fn find(
     if given.is_dir() {
         return Ok(given.to_owned());
     }
-    if given.components().all(|part| matches!(part, Component::Normal(_))) {
+    let is_name = given.components().all(|part| matches!(part, Component::Normal(_)));
+    if is_name && given.components().count() == depth {
         let places = roots.iter().map(|root| root.join(given));
         if let Some(found) = places.into_iter().find(|place| place.is_dir()) {
             return Ok(found);
@@ -60,7 +61,7 @@ fn find(
     Err(bad_input(sentence))
 }
 
-/// The names of `depth` parts under `root`; those of policies are folders with a configuration.
+/// The names of `depth` parts under `root`.
 fn names(root: &Path, depth: usize) -> Vec<String> {
     let Ok(entries) = std::fs::read_dir(root) else { return Vec::new() };
     let folders = entries.flatten().filter(|entry| entry.path().is_dir());

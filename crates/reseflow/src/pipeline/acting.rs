@@ -67,7 +67,7 @@ impl Context<'_> {
             self.config.data.camera,
             section.episodes,
             self.rollout_solver(series.learner),
-            self.actions_between_plans(series.variant),
+            section.n_action_steps,
             series.variant,
             series.witnessed.then_some([section.log_episodes, section.picture_episodes]),
             self.config.device
@@ -95,7 +95,10 @@ impl Context<'_> {
             seed: self.config.data.seed,
             episodes: section.episodes,
             observation_horizon: policy.sampler().observation_horizon(),
-            n_action_steps: self.actions_between_plans(series.variant),
+            n_action_steps: match series.variant {
+                RolloutVariant::OpenLoop => self.task.spec().action_steps,
+                RolloutVariant::Replan | RolloutVariant::Disturbed => section.n_action_steps,
+            },
             disturb: series.variant == RolloutVariant::Disturbed,
         };
         let mut witness = Witness::default();
@@ -132,13 +135,6 @@ impl Context<'_> {
                 (SolverChoice::default(), section.baseline_steps.min(levels))
             }
             Learner::Regressor => (SolverChoice::default(), 1),
-        }
-    }
-
-    fn actions_between_plans(&self, variant: RolloutVariant) -> usize {
-        match variant {
-            RolloutVariant::OpenLoop => self.config.model.network.decoder.horizon,
-            RolloutVariant::Replan | RolloutVariant::Disturbed => self.config.rollout.n_action_steps,
         }
     }
 }

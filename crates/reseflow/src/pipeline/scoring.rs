@@ -18,14 +18,26 @@ impl Context<'_> {
     /// What a scoring of `learner` depends on beside the policy and the data.
     pub(super) fn eval_inputs(&self, learner: Learner) -> Value {
         let section = &self.config.eval;
+        let (steps, solver) = self.eval_solver(learner);
         json!([
-            section.steps,
+            steps,
             section.seeds,
-            section.solver,
+            solver,
             section.unimodal_d_geo,
             (learner == Learner::Baseline).then_some(section.baseline_episodes),
             self.config.device
         ])
+    }
+
+    /// In how many steps a policy is scored, and how: the references integrate nothing, as noise levels are visited one by one and a
+    /// regressor answers at once.
+    fn eval_solver(&self, learner: Learner) -> (Vec<usize>, SolverChoice) {
+        let section = &self.config.eval;
+        match learner {
+            Learner::Flow(_) => (section.steps.clone(), section.solver),
+            Learner::Baseline => (section.steps.clone(), SolverChoice::default()),
+            Learner::Regressor => (vec![1], SolverChoice::default()),
+        }
     }
 
     /// What a scoring leaves.
@@ -40,12 +52,7 @@ impl Context<'_> {
     /// Scores a policy.
     pub(super) fn eval(&self, learner: Learner, split: EvalSplit) -> anyhow::Result<()> {
         let section = &self.config.eval;
-        // The references integrate nothing: noise levels are visited one by one, and a regressor answers at once.
-        let (steps, solver) = match learner {
-            Learner::Flow(_) => (section.steps.clone(), section.solver),
-            Learner::Baseline => (section.steps.clone(), SolverChoice::default()),
-            Learner::Regressor => (vec![1], SolverChoice::default()),
-        };
+        let (steps, solver) = self.eval_solver(learner);
         let inputs = EvalInputs {
             checkpoint: self.layout.checkpoint(learner),
             data: self.layout.data(split.name()),

@@ -65,8 +65,13 @@ impl Run {
             })?,
             None => toml::Table::new(),
         };
+        let stages = stages(folder)?;
         let (mut evals, mut acting, mut samplers) = (Vec::new(), Vec::new(), None);
         for (name, path) in results(folder)? {
+            // What an earlier configuration left is not this run's.
+            if !stages.is_empty() && !stages.iter().any(|(stage, _)| *stage == name) {
+                continue;
+            }
             let words: Vec<&str> = name.split('-').collect();
             match words[0] {
                 "eval" => {
@@ -104,7 +109,11 @@ impl Run {
         let told = evals.iter().find_map(|eval| eval.report.task.clone());
         let told = told.or_else(|| acting.first().map(|acting| acting.report.task.clone()));
         let file_name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
-        let demonstrations = settings.get("data").and_then(|data| data.get("train_episodes"));
+        // Policies that were not trained here learned from whatever they learned from.
+        let demonstrations = match settings.get("pretrained") {
+            Some(_) => None,
+            None => settings.get("data").and_then(|data| data.get("train_episodes")),
+        };
         let mut run = Self {
             folder: folder.to_owned(),
             name: word("name").or(file_name).unwrap_or_else(|| "run".to_owned()),
@@ -114,7 +123,7 @@ impl Run {
             evals,
             acting,
             samplers,
-            stages: stages(folder)?,
+            stages,
             missing: Vec::new(),
         };
         run.note_missing();
@@ -141,7 +150,9 @@ impl Run {
     pub(super) fn checkpoint(&self, learner: Learner) -> Option<PathBuf> {
         let named =
             || Some(PathBuf::from(&self.on_test(learner)?.checkpoint)).filter(|folder| folder.is_dir());
-        self.find(&learner.name("checkpoint")).or_else(named)
+        let trained =
+            self.stages.is_empty() || self.stages.iter().any(|(name, _)| *name == learner.name("train"));
+        trained.then(|| self.find(&learner.name("checkpoint"))).flatten().or_else(named)
     }
 
     fn note_missing(&mut self) {
@@ -188,11 +199,13 @@ fn learner_of(words: &[&str], checkpoint: &str, config: &Value) -> Learner {
         return Learner::Regressor;
     }
     let number = |word: &str| {
-        word.trim_start_matches("flow").parse::<usize>().ok().filter(|number| (1..100).contains(number))
+        word.trim_start_matches("flow").parse::<usize>().ok().filter(|number| (1..10).contains(number))
     };
     let checkpoint = checkpoint.rsplit('/').next().unwrap_or_default();
-    let of_checkpoint = || checkpoint.rsplit('-').next().and_then(number);
-    Learner::Flow(words.iter().skip(1).find_map(|word| number(word)).or_else(of_checkpoint).unwrap_or(1))
+    let of_checkpoint =
+        || checkpoint.strip_prefix("checkpoint-").or(checkpoint.strip_prefix("flow")).and_then(number);
+    let last = words.last().filter(|_| words.len() > 1);
+    Learner::Flow(last.and_then(|word| number(word)).or_else(of_checkpoint).unwrap_or(1))
 }
 
 /// The JSON files of results in a folder, by name without ending.
@@ -225,7 +238,7 @@ fn stages(folder: &Path) -> anyhow::Result<Vec<(String, f64)>> {
 }
 
 /// The text of a file; `None` where there is none.
-fn text(path: &Path) -> anyhow::Result<Option<String>> {
+pub(super) fn text(path: &Path) -> anyhow::Result<Option<String>> {
     match std::fs::read_to_string(path) {
         Ok(text) => Ok(Some(text)),
         Err(fault) if fault.kind() == std::io::ErrorKind::NotFound => Ok(None),
@@ -260,6 +273,8 @@ mod tests {
         assert_eq!(of("eval-2", "runs/a/checkpoint-2", &flow), Learner::Flow(2));
         assert_eq!(of("eval-wide-3", "elsewhere", &flow), Learner::Flow(3));
         assert_eq!(of("rollout", "runs/a-1999/checkpoint-2", &flow), Learner::Flow(2), "the last flow acts");
+        assert_eq!(of("eval", "runs/door-5", &flow), Learner::Flow(1), "a run's number is no flow's");
+        assert_eq!(of("eval", "assets/pretrained/door/flow2", &flow), Learner::Flow(2));
         assert_eq!(of("rollout-flow1", "runs/a/checkpoint", &flow), Learner::Flow(1));
         assert_eq!(of("eval", "x", &json!({"kind": "et_seed"})), Learner::Baseline);
         assert_eq!(

@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::config::is_folder_name;
+use crate::error::bad_input;
 use crate::output::{OutputFile, OutputFolder, Terminal};
 use document::Block;
 use gather::Run;
@@ -43,6 +45,21 @@ pub struct ReportSummary {
 /// was read and drawn.
 pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> anyhow::Result<ReportSummary> {
     let runs = folders.iter().map(|folder| Run::read(folder)).collect::<anyhow::Result<Vec<_>>>()?;
+    for (place, run) in runs.iter().enumerate() {
+        let folder = run.folder.display();
+        if !is_folder_name(&run.name) {
+            let name = &run.name;
+            return Err(bad_input(format!(
+                "{folder}: the run's `name` is `{name}`, expected letters, digits, `-`, `_` and `.`: figures are named after it"
+            )));
+        }
+        if let Some(same) = runs[..place].iter().find(|other| other.name == run.name) {
+            let (other, name) = (same.folder.display(), &run.name);
+            return Err(bad_input(format!(
+                "{folder}: its name is `{name}`, like that of {other}, expected runs of different names"
+            )));
+        }
+    }
     let study = Study::new(runs);
     let blocks = blocks(&study, terminal)?;
     let page = html::render(TITLE, &blocks)?;

@@ -38,7 +38,7 @@ pub(super) fn opening(study: &Study) -> Vec<Block> {
 }
 
 /// Before the figures over steps.
-pub(super) const STEPS: &str = "A step is one evaluation of the drift; for ET-SEED it is one visited noise level. A rectified flow \
+pub(super) const STEPS: &str = "A step of Euler's rule is one evaluation of the drift; for ET-SEED it is one visited noise level. A rectified flow \
     is meant to lose little in one step against many, and reflow (Flow 2) to lose less than Flow 1.";
 
 /// Before the tables of scores.

@@ -30,7 +30,8 @@ pub(super) fn chart(study: &Study, group: Group) -> Block {
         for learner in [Learner::Baseline, Learner::Flow(1), Learner::Flow(2)] {
             let Some(report) = study.scores(group, &run.task, learner) else { continue };
             let paper = of_task(&run.task).and_then(|task| task.in_table(learner));
-            let most = most(report).filter(|row| learner == Learner::Baseline && row.steps > 1);
+            let least = fewest(report).map_or(0, |row| row.steps);
+            let most = most(report).filter(|row| learner == Learner::Baseline && row.steps > least);
             bars.extend(fewest(report).into_iter().chain(most).map(|row| Bar { learner, row, paper }));
         }
         bars.retain(|bar| bar.row.scores.d_geo_mean > 0.0);

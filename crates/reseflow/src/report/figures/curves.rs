@@ -7,6 +7,7 @@ use crate::evaluation::StepRow;
 use crate::learners::Learner;
 use crate::plot::{Dash, LinePlot, Look, Panels, Scale, Series};
 use crate::report::document::Block;
+use crate::report::gather::text;
 use crate::report::study::{Group, Study, fewest, learner_title, most, row_at, steps_title, task_title};
 
 /// The steps that the paper shows trajectories at.
@@ -199,7 +200,7 @@ pub(super) fn training(study: &Study) -> anyhow::Result<Block> {
             let Some(path) = run.find(&format!("{}/metrics.jsonl", learner.name("checkpoint"))) else {
                 continue;
             };
-            let points = validation(&std::fs::read_to_string(path)?);
+            let points = validation(&text(&path)?.unwrap_or_default());
             let look = look(learner);
             plot.series.push(series(learner_title(learner), look, points.into_iter()));
         }

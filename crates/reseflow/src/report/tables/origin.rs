@@ -64,7 +64,7 @@ fn short(commit: &str) -> String {
 /// The seconds that each stage of a run took.
 pub(in super::super) fn stages(study: &Study) -> Block {
     let mut table = Table::new(
-        "Wall-clock time of each stage, as the runs noted it.",
+        "Wall-clock time of each stage, as the runs noted it; of a training that was interrupted, the last part only.",
         ["run", "data", "training", "evaluation", "rollouts", "whole"],
     );
     for run in study.runs.iter().filter(|run| !run.stages.is_empty()) {

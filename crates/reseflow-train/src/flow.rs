@@ -85,7 +85,12 @@ impl Trainable for ModelConfig {
 
 impl ModelConfig {
     /// The noise that trajectories from `histories` start at; that of history i is stream `first` + i of the seed.
-    fn noise(&self, histories: &[ObservationHistory], seed: u64, first: usize) -> Vec<ActionChunk> {
+    pub(crate) fn noise(
+        &self,
+        histories: &[ObservationHistory],
+        seed: u64,
+        first: usize,
+    ) -> Vec<ActionChunk> {
         let streams = histories.iter().zip(first as u64..);
         let noise = streams.map(|(history, stream)| {
             self.start(&PriorFrame::of(history.latest()), &mut random_stream(seed, stream))

@@ -3,10 +3,9 @@
 use std::time::Instant;
 
 use reseflow_data::ObservationHistory;
-use reseflow_flow::{PriorFrame, Solver, integrate};
+use reseflow_flow::{Solver, integrate};
 
 use crate::field::{NetField, scenes_of};
-use crate::trainable::random_stream;
 use crate::{FlowPolicy, TrainError};
 
 /// Wall-clock seconds of one plan's parts.
@@ -29,11 +28,12 @@ impl FlowPolicy {
         seed: u64,
         solver: &Solver,
     ) -> Result<PlanTimes, TrainError> {
+        let alone = std::slice::from_ref(history);
         let started = Instant::now();
-        let mut field = NetField::new(&self.net, &scenes_of(std::slice::from_ref(history)), &self.device)?;
+        let mut field = NetField::new(&self.net, &scenes_of(alone), &self.device)?;
         let encoder_secs = started.elapsed().as_secs_f64();
-        let noise = self.model.start(&PriorFrame::of(history.latest()), &mut random_stream(seed, 0));
-        integrate(&mut field.flow(), self.model.path, vec![noise], solver)?;
+        let noise = self.model.noise(alone, seed, 0);
+        integrate(&mut field.flow(), self.model.path, noise, solver)?;
         Ok(PlanTimes { encoder_secs, decoder_secs: started.elapsed().as_secs_f64() - encoder_secs })
     }
 }

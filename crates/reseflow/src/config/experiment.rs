@@ -258,8 +258,7 @@ mod tests {
             let config: ExperimentConfig = load(&path, &overrides).unwrap();
             config.validate().unwrap_or_else(|fault| panic!("{name}: {fault}"));
             assert_eq!(config.name, name);
-            let task = if config.task == "coin_toss" { "coin_toss" } else { name.split('-').next().unwrap() };
-            assert_eq!(config.task, task);
+            assert_eq!(Some(config.task.as_str()), name.split('-').next(), "the name begins with the task");
         }
         assert!(experiments.len() > 10);
     }

@@ -109,7 +109,7 @@ fn product(rows: usize, inputs: usize, outputs: usize) -> usize {
 
 /// Operations of the encoder's matrix products for one frame of one scene.
 fn encoder_operations(points: usize) -> usize {
-    let EncoderConfig { graph, channels, layers, nodes, point_radial, centre_radial } =
+    let EncoderConfig { graph, channels, layers, nodes, point_radial, centre_radial, .. } =
         DriftNetConfig::default().encoder;
     let GraphConfig { centres, point_neighbors, centre_neighbors, .. } = graph;
     let convolution = |sources: usize, neighbors: usize, radial: usize, paths: usize| {

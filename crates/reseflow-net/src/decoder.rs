@@ -16,11 +16,11 @@ use serde::{Deserialize, Serialize};
 use crate::consensus::{NodePoses, spread};
 use crate::context::ContextEncoder;
 use crate::init::{linear, normal};
-use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M};
+use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M, TOKEN_VECTORS};
 use crate::twist::TWIST_WIDTH;
 use crate::{
     EncodedScenes, Features, Interaction, InteractionConfig, InvariantAttention, InvariantAttentionConfig,
-    NetError, PointerAttention, PointerAttentionConfig, SceneContext, SceneState, TokenBatch,
+    NetError, PointerAttention, PointerAttentionConfig, SceneContext, SceneState, Symmetry, TokenBatch,
     TwistPrediction,
 };
 
@@ -74,6 +74,9 @@ pub struct DecoderConfig {
     /// Node channels C; filled in from the encoder.
     #[serde(skip)]
     pub channels: usize,
+    /// What the tokens are told of the world; filled in from the network.
+    #[serde(skip)]
+    pub symmetry: Symmetry,
 }
 
 impl Default for DecoderConfig {
@@ -88,6 +91,7 @@ impl Default for DecoderConfig {
             pointers: 4,
             nodes: 4,
             channels: 32,
+            symmetry: Symmetry::default(),
         }
     }
 }
@@ -137,7 +141,7 @@ impl DecoderConfig {
             context: ContextEncoder::new(self, device, rng),
             step_embedding: normal([self.horizon, token[0]], 0.3, device, rng),
             scalar_input: linear([FOURIER_WIDTH + 1, token[0]], 1.0, false, device, rng),
-            vector_input: linear([4, token[1]], 1.0, false, device, rng),
+            vector_input: linear([self.symmetry.vectors(TOKEN_VECTORS), token[1]], 1.0, false, device, rng),
             interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
             self_attention: (0..self.layers).map(|_| to_self.init(device, rng)).collect(),
             pointers: (0..if self.pointers == 0 { 0 } else { self.layers })
@@ -150,6 +154,7 @@ impl DecoderConfig {
             twists: (self.parameterisation == Parameterisation::Twist)
                 .then(|| linear([token[0], TWIST_WIDTH * self.nodes], 0.5, true, device, rng)),
             nodes: self.nodes,
+            symmetry: self.symmetry,
         })
     }
 }
@@ -172,6 +177,8 @@ pub struct Decoder {
     pub(crate) twists: Option<Linear>,
     #[module(skip)]
     pub(crate) nodes: usize,
+    #[module(skip)]
+    symmetry: Symmetry,
 }
 
 /// The predicted clean trajectory Ĥ¹, relative to the scenes' origins.
@@ -272,9 +279,9 @@ impl Decoder {
                 + context.scene.scalars.clone().reshape([scenes, 1, scalar_width])
                 + self.step_embedding.val().reshape([1, horizon, scalar_width]);
         let [_, _, vector_width] = context.scene.vectors.dims();
-        let vectors =
-            self.vector_input.forward(tokens.vectors.clone()).reshape([3, scenes, horizon, vector_width])
-                + context.scene.vectors.clone().reshape([3, scenes, 1, vector_width]);
+        let seen = self.symmetry.seen(tokens.vectors.clone(), TOKEN_VECTORS - 1, &context.origins_m);
+        let vectors = self.vector_input.forward(seen).reshape([3, scenes, horizon, vector_width])
+            + context.scene.vectors.clone().reshape([3, scenes, 1, vector_width]);
         let mut features = Features {
             scalars: scalars.reshape([rows, scalar_width]),
             vectors: vectors.reshape([3, rows, vector_width]),

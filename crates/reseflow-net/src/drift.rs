@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     CloudGraph, Decoder, DecoderConfig, EncodedScenes, Encoder, EncoderConfig, EndpointPrediction,
-    GripperState, NetError, SceneBatch, SceneContext, SceneState, TokenBatch, TwistPrediction,
+    GripperState, NetError, SceneBatch, SceneContext, SceneState, Symmetry, TokenBatch, TwistPrediction,
 };
 
 /// Sizes of a [`DriftNet`].
@@ -18,6 +18,9 @@ pub struct DriftNetConfig {
     pub encoder: EncoderConfig,
     /// The decoder.
     pub decoder: DecoderConfig,
+    /// Whether the network is equivariant.
+    #[serde(skip_serializing_if = "Symmetry::is_se3")]
+    pub symmetry: Symmetry,
 }
 
 impl DriftNetConfig {
@@ -39,10 +42,12 @@ impl DriftNetConfig {
         let decoder = DecoderConfig {
             nodes: self.encoder.nodes,
             channels: self.encoder.channels,
+            symmetry: self.symmetry,
             ..self.decoder.clone()
         };
+        let encoder = EncoderConfig { symmetry: self.symmetry, ..self.encoder.clone() };
         Ok(DriftNet {
-            encoder: self.encoder.init(device, rng)?,
+            encoder: encoder.init(device, rng)?,
             decoder: decoder.init(device, rng)?,
             config: self.clone(),
         })

@@ -10,7 +10,7 @@ use crate::init::linear;
 use crate::scene_batch::CENTRE_VECTORS;
 use crate::{
     Convolution, ConvolutionConfig, Features, GraphConfig, HeatMap, HeatMapConfig, Interaction,
-    InteractionConfig, NetError, RadialBasis, SceneBatch,
+    InteractionConfig, NetError, RadialBasis, SceneBatch, Symmetry,
 };
 
 /// Sizes of the [`Encoder`].
@@ -29,6 +29,9 @@ pub struct EncoderConfig {
     pub point_radial: RadialBasis,
     /// Basis of the lengths between centres.
     pub centre_radial: RadialBasis,
+    /// What the centres are told of the world; filled in from the network.
+    #[serde(skip)]
+    pub symmetry: Symmetry,
 }
 
 impl Default for EncoderConfig {
@@ -40,6 +43,7 @@ impl Default for EncoderConfig {
             nodes: 4,
             point_radial: RadialBasis { count: 8, max_m: 0.12 },
             centre_radial: RadialBasis { count: 8, max_m: 0.3 },
+            symmetry: Symmetry::default(),
         }
     }
 }
@@ -73,10 +77,11 @@ impl EncoderConfig {
             source_vectors,
         };
         let interaction = InteractionConfig { scalars: channels, vectors: channels, hidden: 2 * channels };
+        let centre_vectors = self.symmetry.vectors(CENTRE_VECTORS);
         Ok(Encoder {
             embed: linear([3, channels], 1.0, true, device, rng),
             place: linear([channels, channels], 1.0, true, device, rng),
-            place_vectors: linear([CENTRE_VECTORS, channels], 1.0, false, device, rng),
+            place_vectors: linear([centre_vectors, channels], 1.0, false, device, rng),
             from_points: convolution(self.point_radial, false).init(device, rng),
             point_interaction: interaction.init(device, rng),
             convolutions: (0..self.layers)
@@ -84,6 +89,7 @@ impl EncoderConfig {
                 .collect(),
             interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
             heat_map: HeatMapConfig { channels, nodes: self.nodes }.init(device, rng),
+            symmetry: self.symmetry,
         })
     }
 }
@@ -99,6 +105,8 @@ pub struct Encoder {
     convolutions: Vec<Convolution>,
     interactions: Vec<Interaction>,
     heat_map: HeatMap,
+    #[module(skip)]
+    symmetry: Symmetry,
 }
 
 /// What the encoder says about B scenes.
@@ -134,7 +142,8 @@ impl Encoder {
         let scalars = centre_scalars + message.scalars;
         // Where the centre is and how the gripper is turned, seen from it; the gate starts at one.
         let gate = self.place.forward(scalars.clone()).reshape([1, rows, channels]).add_scalar(1.0);
-        let placed = gate * self.place_vectors.forward(batch.centre_vectors.clone());
+        let seen = self.symmetry.seen(batch.centre_vectors.clone(), 0, &batch.centroids_m);
+        let placed = gate * self.place_vectors.forward(seen);
         let mut features =
             self.point_interaction.forward(Features { scalars, vectors: message.vectors + placed });
         for (convolution, interaction) in self.convolutions.iter().zip(&self.interactions) {

@@ -6,7 +6,8 @@
 //! node predicts every pose; the consensus of the nodes is the flow's endpoint (or, with [`Parameterisation::Twist`], its velocity).
 //!
 //! Everything is exactly equivariant under SE(3) and not under reflections: vectors mix only through sums, invariant gates and
-//! cross products, and positions enter relative to the cloud's centroid.
+//! cross products, and positions enter relative to the cloud's centroid. The one exception is asked for by name, as a control:
+//! [`Symmetry::None`].
 //!
 //! Beside it stands an SE(3)-Transformer for features of any degree: [`irreps`] has the mathematics, [`degrees`] the layers, and
 //! [`SE3Transformer`] and [`SE3ManiNet`] are built of them.
@@ -45,6 +46,7 @@ mod radial;
 mod scene_batch;
 mod shape;
 pub mod silu;
+mod symmetry;
 mod tokens;
 mod transformer;
 mod twist;
@@ -64,6 +66,7 @@ pub use neighbors::{EdgeList, NeighborConfig};
 pub use pointer::{PointerAttention, PointerAttentionConfig};
 pub use radial::RadialBasis;
 pub use scene_batch::{EdgeTensors, SceneBatch};
+pub use symmetry::Symmetry;
 pub use tokens::{GripperState, TokenBatch};
 pub use transformer::{
     ManiLossConfig, ManiNodes, Nonlinearity, SE3ManiNet, SE3ManiNetConfig, SE3Transformer,

@@ -12,6 +12,9 @@ pub(crate) const OFFSET_SCALE_M: f64 = 0.1;
 /// Octaves of the time embedding.
 const OCTAVES: usize = 8;
 
+/// Vectors of a token: its columns and its position.
+pub(crate) const TOKEN_VECTORS: usize = 4;
+
 /// Width of [`fourier`] features.
 pub(crate) const FOURIER_WIDTH: usize = 2 * OCTAVES;
 
@@ -94,7 +97,7 @@ impl TokenBatch {
             }
         }
         Ok(Self {
-            vectors: floats(vectors, [3, scenes * horizon, 4], device),
+            vectors: floats(vectors, [3, scenes * horizon, TOKEN_VECTORS], device),
             scalars: floats(scalars, [scenes * horizon, FOURIER_WIDTH + 1], device),
             horizon,
         })

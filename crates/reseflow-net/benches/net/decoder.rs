@@ -9,7 +9,7 @@ use super::{BATCH, DEVICES, POINTS, Workload, device, finish, product};
 
 /// Operations of the matrix products of the context of one scene, which is made once per observation.
 fn context_operations() -> usize {
-    let DriftNetConfig { encoder, decoder } = DriftNetConfig::default();
+    let DriftNetConfig { encoder, decoder, .. } = DriftNetConfig::default();
     let EncoderConfig { channels, nodes, .. } = encoder;
     let DecoderConfig { frames, token_scalars, token_vectors, .. } = decoder;
     let vectors = frames * (nodes * (channels + 1) + 4);
@@ -19,7 +19,7 @@ fn context_operations() -> usize {
 
 /// Operations of the matrix products of one step for one scene.
 fn step_operations() -> usize {
-    let DriftNetConfig { encoder, decoder } = DriftNetConfig::default();
+    let DriftNetConfig { encoder, decoder, .. } = DriftNetConfig::default();
     let EncoderConfig { channels, nodes, graph, .. } = encoder;
     let DecoderConfig { horizon, frames, layers, token_scalars, token_vectors, pointers, .. } = decoder;
     let hidden = token_scalars + 2 * token_vectors;

@@ -103,7 +103,7 @@ fn heat_map_of_degrees_0_and_1(bencher: Bencher, name: &str) {
 
 /// The tokens' and the nodes' or centres' sizes.
 fn decoder_sizes() -> ([usize; 2], [usize; 2]) {
-    let DriftNetConfig { encoder, decoder } = DriftNetConfig::default();
+    let DriftNetConfig { encoder, decoder, .. } = DriftNetConfig::default();
     ([decoder.token_scalars, decoder.token_vectors], [encoder.channels, encoder.channels + 1])
 }
 
@@ -121,7 +121,7 @@ fn interaction(bencher: Bencher, name: &str) {
 #[divan::bench(args = DEVICES)]
 fn attention_to_nodes(bencher: Bencher, name: &str) {
     let (device, (token, node)) = (device(name), decoder_sizes());
-    let DriftNetConfig { encoder, decoder } = DriftNetConfig::default();
+    let DriftNetConfig { encoder, decoder, .. } = DriftNetConfig::default();
     let layer = InvariantAttentionConfig { query: token, memory: node, key: 32 };
     let layer = layer.init(&device, &mut rng());
     let tokens = features(decoder.horizon, token, &device);
@@ -133,7 +133,7 @@ fn attention_to_nodes(bencher: Bencher, name: &str) {
 #[divan::bench(args = DEVICES)]
 fn pointers_to_centres(bencher: Bencher, name: &str) {
     let (device, (token, node)) = (device(name), decoder_sizes());
-    let DriftNetConfig { encoder, decoder } = DriftNetConfig::default();
+    let DriftNetConfig { encoder, decoder, .. } = DriftNetConfig::default();
     let layer = PointerAttentionConfig { query: token, memory: node, heads: decoder.pointers, key: 16 };
     let layer = layer.init(&device, &mut rng());
     let tokens = features(decoder.horizon, token, &device);

@@ -1,10 +1,12 @@
 //! Weights and configuration written and read back as a checkpoint does it.
 
+use burn::module::Module;
 use burn::store::{ModuleSnapshot, SafetensorsStore};
 use burn::tensor::Device;
 use reseflow_net::{DriftNet, DriftNetConfig, Parameterisation};
 
 use crate::support::laws::example;
+use crate::support::plain::plain;
 use crate::support::trajectory::{Trajectory, predict_one};
 use crate::support::twists::{in_twist_form, numbers, twists};
 use crate::support::weights::{drawn_net, shaken_net};
@@ -19,7 +21,7 @@ fn flat(trajectory: &Trajectory) -> Vec<f64> {
 
 #[test]
 fn a_network_read_back_says_the_same_on_every_device() {
-    for config in [DriftNetConfig::default(), small(), in_twist_form(small())] {
+    for config in [DriftNetConfig::default(), small(), in_twist_form(small()), plain(small())] {
         let scene = example(1, &config);
         let say = |net: &DriftNet, device: &Device| match config.decoder.parameterisation {
             Parameterisation::Endpoint => flat(&predict_one(net, &scene, device)),
@@ -59,7 +61,7 @@ fn weights_of_another_size_are_not_taken() {
 
 #[test]
 fn a_configuration_survives_toml() {
-    for config in [DriftNetConfig::default(), small(), in_twist_form(small())] {
+    for config in [DriftNetConfig::default(), small(), in_twist_form(small()), plain(small())] {
         let text = toml::to_string_pretty(&config).expect("the configuration can be written");
         let mut read: DriftNetConfig = toml::from_str(&text).expect("and read");
         // Filled in from the encoder, and not written.
@@ -69,11 +71,16 @@ fn a_configuration_survives_toml() {
 }
 
 #[test]
-fn a_configuration_for_endpoints_is_written_as_before_there_were_twists() {
+fn a_configuration_that_chooses_nothing_is_written_as_before_there_were_choices() {
     let written = |config| toml::to_string(&config).expect("the configuration can be written");
-    assert!(!written(DriftNetConfig::default()).contains("parameterisation"));
-    let twist = written(in_twist_form(DriftNetConfig::default()));
-    assert!(twist.contains("parameterisation = \"twist\""), "{twist}");
+    for (key, value, config) in [
+        ("parameterisation", "\"twist\"", in_twist_form(DriftNetConfig::default())),
+        ("symmetry", "\"none\"", plain(DriftNetConfig::default())),
+    ] {
+        assert!(!written(DriftNetConfig::default()).contains(key), "{key}");
+        let chosen = written(config);
+        assert!(chosen.contains(&format!("{key} = {value}")), "{chosen}");
+    }
 }
 
 #[test]
@@ -94,5 +101,16 @@ fn an_unknown_key_is_refused_by_name() {
         let error = toml::from_str::<DriftNetConfig>(text).expect_err("there is no such key").to_string();
         let key = text.rsplit('\n').next().and_then(|line| line.split(' ').next()).expect("a line has a key");
         assert!(error.contains(&format!("unknown field `{key}`")), "{error}");
+    }
+}
+
+#[test]
+fn a_plain_network_is_as_large_within_a_tenth() {
+    let [(_, device), _] = devices();
+    for config in [DriftNetConfig::default(), small()] {
+        let count = |config: &DriftNetConfig| drawn_net(config, &device, &mut rng(65)).num_params();
+        let (symmetric, without) = (count(&config), count(&plain(config.clone())));
+        println!("{symmetric} parameters, without symmetry {without}");
+        assert!(without > symmetric && without < symmetric + symmetric / 10, "{symmetric} and {without}");
     }
 }

@@ -22,7 +22,7 @@ use burn::tensor::FloatDType;
 use reseflow_net::DriftNetConfig;
 use support::scene::{Cloud, Scene};
 use support::{
-    assert_small, degenerate, degree_laws, devices, edge_messages, fading, laws, messages, statistics,
+    assert_small, degenerate, degree_laws, devices, edge_messages, fading, laws, messages, plain, statistics,
     twists, views,
 };
 
@@ -206,4 +206,14 @@ fn edge_messages_do_not_depend_on_how_their_inputs_lie() {
 #[test]
 fn silu_does_not_depend_on_how_its_input_lies() {
     views::silu_does_not_depend_on_how_its_input_lies(1e-6);
+}
+
+#[test]
+fn a_plain_network_turns_with_no_world_and_shifts_with_none() {
+    plain::a_plain_network_turns_with_no_world_and_shifts_with_none();
+}
+
+#[test]
+fn a_plain_network_that_looks_away_from_the_world_turns_with_it() {
+    plain::a_plain_network_that_looks_away_from_the_world_turns_with_it(1e-5);
 }

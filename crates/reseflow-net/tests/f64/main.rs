@@ -14,7 +14,9 @@ mod finite_differences;
 mod irreps_golden;
 
 use burn::tensor::FloatDType;
-use support::{degenerate, degree_laws, edge_messages, fading, laws, messages, statistics, twists, views};
+use support::{
+    degenerate, degree_laws, edge_messages, fading, laws, messages, plain, statistics, twists, views,
+};
 
 /// The float type of this suite's tensors.
 const FLOAT: FloatDType = FloatDType::F64;
@@ -183,4 +185,14 @@ fn edge_messages_do_not_depend_on_how_their_inputs_lie() {
 #[test]
 fn silu_does_not_depend_on_how_its_input_lies() {
     views::silu_does_not_depend_on_how_its_input_lies(1e-14);
+}
+
+#[test]
+fn a_plain_network_turns_with_no_world_and_shifts_with_none() {
+    plain::a_plain_network_turns_with_no_world_and_shifts_with_none();
+}
+
+#[test]
+fn a_plain_network_that_looks_away_from_the_world_turns_with_it() {
+    plain::a_plain_network_that_looks_away_from_the_world_turns_with_it(1e-9);
 }

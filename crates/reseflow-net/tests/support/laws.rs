@@ -5,6 +5,7 @@ use reseflow_net::DriftNetConfig;
 
 use super::gradients::{generic_loss, named_gradients};
 use super::layers::{interaction_with_world_constant, layer_deviations};
+use super::plain::plain;
 use super::scene::{Cloud, Scene};
 use super::trajectory::{Deviation, encode, predict, predict_one};
 use super::weights::{drawn_net, shaken_net};
@@ -195,7 +196,9 @@ pub(crate) fn scenes_of_one_batch_do_not_see_each_other(tolerance: f64) {
 pub(crate) fn every_parameter_receives_a_gradient() {
     for (name, device) in devices() {
         let tracked = device.clone().autodiff();
-        for (size, config) in [("default", DriftNetConfig::default()), ("small", small())] {
+        let sizes =
+            [("default", DriftNetConfig::default()), ("small", small()), ("small and plain", plain(small()))];
+        for (size, config) in sizes {
             // As drawn, without noise on the biases: training must be able to start from there.
             let net = drawn_net(&config, &tracked, &mut rng(7000));
             let scenes = [example(0, &config), example(1, &config)];

@@ -14,6 +14,7 @@ pub(crate) mod laws;
 pub(crate) mod layers;
 pub(crate) mod mani_net;
 pub(crate) mod messages;
+pub(crate) mod plain;
 pub(crate) mod scene;
 pub(crate) mod statistics;
 pub(crate) mod trajectory;
@@ -108,5 +109,6 @@ pub(crate) fn small() -> DriftNetConfig {
             pointers: 2,
             ..DecoderConfig::default()
         },
+        ..DriftNetConfig::default()
     }
 }

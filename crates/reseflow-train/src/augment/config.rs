@@ -6,9 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
 
-/// How a training window is changed each time it is drawn. Zero switches a change off.
-///
-/// Rotations of the scene are not among them: the network is equivariant, so they would teach it nothing.
+/// How a training window is changed each time it is drawn. Zero, or `false`, switches a change off.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AugmentConfig {
@@ -35,6 +33,10 @@ pub struct AugmentConfig {
     pub mirror_share: f64,
     /// Share of windows in which gripper and actions are turned by π about the approach axis: the gripper's other symmetry.
     pub half_turn_share: f64,
+    /// Whether the whole scene is turned at random about the cloud's centroid: cloud, gripper, noise and actions. It teaches an
+    /// equivariant network nothing, as its loss stays what it is; it is for one that is not ([`reseflow_net::Symmetry::None`]).
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub scene_rotation: bool,
 }
 
 impl Default for AugmentConfig {
@@ -56,6 +58,7 @@ impl AugmentConfig {
         bend_std: 0.0,
         mirror_share: 0.0,
         half_turn_share: 0.0,
+        scene_rotation: false,
     };
 
     /// Checks every value.

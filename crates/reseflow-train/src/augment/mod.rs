@@ -1,26 +1,29 @@
 //! Augmentations of a training window, drawn anew each time: the whole scene in another size or seen in a mirror, the gripper
-//! elsewhere, colours turned, points left out, points moved.
+//! elsewhere, colours turned, points left out, points moved, and the whole scene turned.
 
 mod bend;
 mod config;
+mod gripper;
 mod mirror;
 mod points;
 mod scaling;
+mod turn;
 
 use std::f64::consts::PI;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use reseflow_data::{Action, ActionChunk, Observation};
-use reseflow_lie::{BodyTwist, SE3, SO3, Vector3};
+use reseflow_lie::{SE3, SO3, Vector3};
 
 use bend::Bend;
 pub use config::AugmentConfig;
+use gripper::gripper_move;
 use mirror::Mirror;
 use points::HueTurn;
 pub(crate) use points::{drop_points, jitter};
 use scaling::Scaling;
+use turn::Turn;
 
 /// What is done to a window as a whole: to all its frames, its noise and its actions alike.
 ///
@@ -39,6 +42,8 @@ pub(crate) struct Augmentation {
     noise_move: Option<SE3>,
     is_half_turned: bool,
     hue: Option<HueTurn>,
+    /// Comes after everything else.
+    turn: Option<Turn>,
 }
 
 impl Augmentation {
@@ -65,6 +70,7 @@ impl Augmentation {
             noise_move: None,
             is_half_turned,
             hue,
+            turn: None,
         };
         let (mut gripper, mut next) = (latest.world_from_gripper, next.world_from_gripper);
         drawn.reshape(&mut gripper);
@@ -81,6 +87,7 @@ impl Augmentation {
         }
         drawn.gripper_move = is_free.then(|| gripper_move(&gripper, &next, config, rng)).flatten();
         drawn.noise_move = drawn.gripper_move.map(|gripper_move| gripper * gripper_move * gripper.inverse());
+        drawn.turn = config.scene_rotation.then(|| Turn::draw(&latest.cloud, rng)).flatten();
         drawn
     }
 
@@ -96,6 +103,10 @@ impl Augmentation {
             *gripper = *gripper * gripper_move;
         }
         self.half_turn(gripper);
+        if let Some(turn) = &self.turn {
+            turn.points(&mut observation.cloud.points);
+            turn.pose(&mut observation.world_from_gripper);
+        }
     }
 
     /// Noise that belongs to the scene as it was recorded; it follows the gripper.
@@ -108,6 +119,7 @@ impl Augmentation {
                 *pose = noise_move * *pose;
             }
             self.half_turn(pose);
+            self.turn.iter().for_each(|turn| turn.pose(pose));
         }
     }
 
@@ -115,7 +127,10 @@ impl Augmentation {
     pub(crate) fn actions(&self, chunk: &mut ActionChunk) {
         chunk.0.iter_mut().for_each(|action| self.reshape(&mut action.world_from_gripper));
         self.bend.iter().for_each(|bend| bend.actions(chunk));
-        chunk.0.iter_mut().for_each(|action| self.half_turn(&mut action.world_from_gripper));
+        for action in &mut chunk.0 {
+            self.half_turn(&mut action.world_from_gripper);
+            self.turn.iter().for_each(|turn| turn.pose(&mut action.world_from_gripper));
+        }
     }
 
     fn points(&self, points: &mut [[f32; 3]]) {
@@ -152,33 +167,6 @@ fn is_free(step: usize, next: &Action) -> bool {
 /// True with the chance `share`; certain answers draw nothing.
 fn chance(share: f64, rng: &mut ChaCha8Rng) -> bool {
     share > 0.0 && rng.random::<f64>() < share
-}
-
-/// How near to a right angle the closing directions of gripper and next action may come: the cosine of 80°.
-///
-/// Beyond it an expert might turn the other way, and the recorded actions would be the wrong ones.
-const LEAST_ALONG: f64 = 0.17;
-/// Draws after which a gripper stays where it is.
-const MAX_DRAWS: usize = 16;
-
-/// A move of `gripper`, on the right of its pose, after which an expert would still go to `next` without another half-turn.
-fn gripper_move(gripper: &SE3, next: &SE3, config: &AugmentConfig, rng: &mut ChaCha8Rng) -> Option<SE3> {
-    if config.gripper_std_rad == 0.0 && config.gripper_std_m == 0.0 && config.gripper_yaw_rad == 0.0 {
-        return None;
-    }
-    let turns = Normal::new(0.0, config.gripper_std_rad).ok()?;
-    let shifts = Normal::new(0.0, config.gripper_std_m).ok()?;
-    let closing = next.rotation.act(&Vector3::y());
-    (0..MAX_DRAWS)
-        .map(|_| {
-            let angular = Vector3::from_fn(|_, _| turns.sample(rng));
-            let linear = Vector3::from_fn(|_, _| shifts.sample(rng));
-            let yaw = (config.gripper_yaw_rad > 0.0)
-                .then(|| rng.random_range(-config.gripper_yaw_rad..=config.gripper_yaw_rad));
-            let turned = SO3::exp(&(Vector3::z() * yaw.unwrap_or_default()));
-            SE3::new(turned, Vector3::zeros()) * SE3::exp(&BodyTwist::new(angular, linear))
-        })
-        .find(|moved| (gripper.rotation * moved.rotation).act(&Vector3::y()).dot(&closing) >= LEAST_ALONG)
 }
 
 #[cfg(test)]
@@ -283,39 +271,6 @@ mod tests {
     }
 
     #[test]
-    fn a_yawed_gripper_keeps_its_approach_axis_and_covers_the_whole_range() {
-        let config = AugmentConfig { gripper_yaw_rad: 1.2, ..AugmentConfig::NONE };
-        let (gripper, mut yaws) = (seen().world_from_gripper, Vec::new());
-        for seed in 0..300 {
-            let Some(moved) = gripper_move(&gripper, &gripper, &config, &mut rng(seed)) else { continue };
-            let turn = moved.rotation.log();
-            assert!(turn.xy().norm() < 1e-12 && moved.translation.norm() < 1e-12, "{turn:?}");
-            yaws.push(turn.z);
-        }
-        let (low, high) =
-            yaws.iter().fold((0.0_f64, 0.0_f64), |(low, high), &yaw| (low.min(yaw), high.max(yaw)));
-        assert!(
-            yaws.len() == 300 && (-1.2..-1.1).contains(&low) && (1.1..1.2).contains(&high),
-            "{low} to {high}"
-        );
-    }
-
-    #[test]
-    fn a_moved_gripper_never_comes_near_the_choice_between_half_turns() {
-        let config = AugmentConfig { gripper_std_rad: 0.5, ..AugmentConfig::NONE };
-        let gripper = pose(0.7, [0.1, -0.2, 0.5]);
-        // The next action is 70° away from the gripper, about the approach axis.
-        let next = SE3::new(gripper.rotation * SO3::exp(&(Vector3::z() * 1.22)), gripper.translation);
-        let mut nearest: f64 = 1.0;
-        for seed in 0..300 {
-            let Some(moved) = gripper_move(&gripper, &next, &config, &mut rng(seed)) else { continue };
-            let closing = (gripper * moved).rotation.act(&Vector3::y());
-            nearest = nearest.min(closing.dot(&next.rotation.act(&Vector3::y())));
-        }
-        assert!((LEAST_ALONG..0.25).contains(&nearest), "{nearest}");
-    }
-
-    #[test]
     fn a_mirrored_scene_leaves_the_gripper_and_keeps_distances_between_cloud_and_actions() {
         let config = AugmentConfig { mirror_share: 1.0, ..AugmentConfig::NONE };
         let before = seen();
@@ -353,6 +308,38 @@ mod tests {
                 assert!((new.rotation.act(&axis) - old.rotation.act(&axis) * sign).norm() < 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn a_turned_scene_takes_gripper_noise_and_actions_along_whatever_else_is_done() {
+        let plain = AugmentConfig {
+            scale_std: 0.2,
+            gripper_std_rad: 0.2,
+            gripper_std_m: 0.05,
+            bend_std: 0.2,
+            mirror_share: 1.0,
+            half_turn_share: 0.5,
+            ..AugmentConfig::NONE
+        };
+        let seen_by_the_gripper = |config: &AugmentConfig| {
+            let drawn = Augmentation::draw(0, &seen(), &next(), config, &mut rng(6));
+            let (mut after, mut actions, mut noise) =
+                (seen(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
+            drawn.observation(&mut after);
+            drawn.actions(&mut actions);
+            drawn.noise(&mut noise);
+            let gripper_from_world = after.world_from_gripper.inverse();
+            let point = |point: &[f32; 3]| gripper_from_world.act(&Vector3::from(point.map(f64::from)));
+            let points: Vec<_> = after.cloud.points.iter().map(point).collect();
+            let poses = [&actions, &noise].map(|chunk| gripper_from_world * first(chunk));
+            (after.world_from_gripper, points, poses)
+        };
+        let (still, points, poses) = seen_by_the_gripper(&plain);
+        let (turned, same_points, same_poses) =
+            seen_by_the_gripper(&AugmentConfig { scene_rotation: true, ..plain });
+        assert!(geodesic_distance(&still, &turned).rotation_rad > 0.1, "nothing turned");
+        points.iter().zip(&same_points).for_each(|(one, other)| assert!((one - other).norm() < 1e-6));
+        poses.iter().zip(&same_poses).for_each(|(one, other)| assert_same(one, other));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The baseline's model: the sizes of its networks, its diffusion and its objective.
 
 use reseflow_flow::{Diffusion, DiffusionConfig};
-use reseflow_net::DriftNetConfig;
+use reseflow_net::{DriftNetConfig, Symmetry};
 use serde::{Deserialize, Serialize};
 
 use crate::{ModelConfig, TrainError};
@@ -39,6 +39,13 @@ impl EtSeedConfig {
     pub fn validate(&self) -> Result<(), TrainError> {
         Diffusion::new(&self.diffusion)?;
         ModelConfig { network: self.network.clone(), ..ModelConfig::default() }.validate()?;
+        if self.network.symmetry != Symmetry::SE3 {
+            return Err(TrainError::Config(
+                "model.network.symmetry = \"none\" is for the flows and the regressor, and the baseline's network is equivariant; \
+                 use \"se3\", or leave out the table baseline"
+                    .to_owned(),
+            ));
+        }
         for (key, value, high) in
             [("last_step_share", self.last_step_share, 1.0), ("opening", self.opening, 1e6)]
         {

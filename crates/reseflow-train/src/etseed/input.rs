@@ -36,7 +36,7 @@ impl SceneView {
     /// A scene from its frames, of which there is at least one.
     pub(super) fn new((observed, elapsed): &Seen<'_>, config: &EtSeedConfig) -> Result<Self, TrainError> {
         let Some(latest) = observed.last() else { return Err(TrainError::NoData) };
-        let DriftNetConfig { encoder, decoder } = &config.network;
+        let DriftNetConfig { encoder, decoder, .. } = &config.network;
         let graphs: Result<Vec<_>, _> = observed.iter().map(|seen| graph(seen, &encoder.graph)).collect();
         Ok(Self {
             graphs: graphs?,

@@ -27,6 +27,7 @@ pub(crate) fn tiny_config() -> EtSeedConfig {
         nodes: 2,
         point_radial: RadialBasis { count: 6, max_m: 0.12 },
         centre_radial: RadialBasis { count: 6, max_m: 0.3 },
+        ..EncoderConfig::default()
     };
     let decoder = DecoderConfig {
         horizon: 10,
@@ -36,7 +37,8 @@ pub(crate) fn tiny_config() -> EtSeedConfig {
         token_vectors: 8,
         ..DecoderConfig::default()
     };
-    EtSeedConfig { network: DriftNetConfig { encoder, decoder }, ..EtSeedConfig::default() }
+    let network = DriftNetConfig { encoder, decoder, ..DriftNetConfig::default() };
+    EtSeedConfig { network, ..EtSeedConfig::default() }
 }
 
 /// A training of `updates` updates on small batches.

@@ -14,4 +14,5 @@ mod resume;
 mod sampler;
 mod schedule;
 mod support;
+mod turned_scenes;
 mod twists;

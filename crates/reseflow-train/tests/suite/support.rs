@@ -31,6 +31,7 @@ pub(crate) fn tiny_model() -> ModelConfig {
         nodes: 2,
         point_radial: RadialBasis { count: 6, max_m: 0.12 },
         centre_radial: RadialBasis { count: 6, max_m: 0.3 },
+        ..EncoderConfig::default()
     };
     let decoder = DecoderConfig {
         horizon: 10,
@@ -41,7 +42,7 @@ pub(crate) fn tiny_model() -> ModelConfig {
         ..DecoderConfig::default()
     };
     let prior = GripperPrior { sigma_rotation_rad: 0.5, sigma_translation_m: 0.1, sigma_opening: 0.2 };
-    let network = DriftNetConfig { encoder, decoder };
+    let network = DriftNetConfig { encoder, decoder, ..DriftNetConfig::default() };
     ModelConfig { network, prior: Prior::Gripper(prior), path: FlowPath::Screw, regression: false }
 }
 

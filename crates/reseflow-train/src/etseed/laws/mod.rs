@@ -38,6 +38,7 @@ fn config() -> EtSeedConfig {
         nodes: 2,
         point_radial: RadialBasis { count: 6, max_m: 0.12 },
         centre_radial: RadialBasis { count: 6, max_m: 0.3 },
+        ..EncoderConfig::default()
     };
     let decoder = DecoderConfig {
         horizon: HORIZON,
@@ -47,7 +48,8 @@ fn config() -> EtSeedConfig {
         token_vectors: 8,
         ..DecoderConfig::default()
     };
-    EtSeedConfig { network: DriftNetConfig { encoder, decoder }, ..EtSeedConfig::default() }
+    let network = DriftNetConfig { encoder, decoder, ..DriftNetConfig::default() };
+    EtSeedConfig { network, ..EtSeedConfig::default() }
 }
 
 fn net(config: &EtSeedConfig, device: &Device) -> EtSeedNet {

@@ -9,12 +9,14 @@
 //! | `action_pose` | float32 | \[E, T, 4, 4\] | commanded `world_from_gripper` at the end of each action step |
 //! | `action_opening` | float32 | \[E, T\] | commanded opening |
 //! | `action_pose_alt` | float32 | \[E, T, 4, 4\] | what another expert, as good, would have commanded; optional |
+//! | `disturbed` | int32 | \[E, 2\] | before which step the scene was disturbed, and from which on the actions answer it; both 0 where it was not; optional |
 //! | `meta` | text | \[\] | JSON, see [`DatasetMeta`]; optional |
 //!
 //! E episodes of T action steps with N points a frame. In Python: `file = numpy.load(path)` and
 //! `meta = json.loads(str(file["meta"]))`.
 
 mod arrays;
+mod disturbance;
 pub(crate) mod extents;
 mod meta;
 pub(crate) mod pose_array;

@@ -16,4 +16,22 @@ pub struct Episode {
     /// The commanded poses of another expert, as good as this one, where the task leaves a choice: T of them, with the
     /// openings of `actions`.
     pub alternative: Option<Vec<SE3>>,
+    /// How the scene was disturbed meanwhile, where it was.
+    pub disturbance: Option<Disturbance>,
+}
+
+/// When a scene was disturbed, and since when the actions answer that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Disturbance {
+    /// The action step before which the scene was disturbed.
+    pub before: usize,
+    /// The first action step after it at which the expert planned: what it did until then does not suit what was to come.
+    pub answered_from: usize,
+}
+
+impl Episode {
+    /// The first action step from which on the actions suit what is seen: 0, or where a disturbance was answered.
+    pub fn first_step(&self) -> usize {
+        self.disturbance.map_or(0, |disturbance| disturbance.answered_from)
+    }
 }

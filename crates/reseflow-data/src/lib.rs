@@ -25,7 +25,7 @@ pub use action::{Action, ActionChunk};
 pub use atomic_file::write_atomically;
 pub use cloud::PointCloud;
 pub use dataset::{DATASET_VERSION, Dataset, DatasetFile, DatasetMeta, DatasetSummary, HashCheck, PoseRange};
-pub use episode::Episode;
+pub use episode::{Disturbance, Episode};
 pub use episode_key::{EpisodeKey, Split};
 pub use error::DataError;
 pub use mcap_log::{McapLog, McapSummary, TopicSummary};

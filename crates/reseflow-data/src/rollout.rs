@@ -65,7 +65,8 @@ pub fn rollout(
     let first = scene.observe();
     let mut command = Action { world_from_gripper: first.world_from_gripper, opening: first.gripper_opening };
     let mut history = ObservationHistory::new(first, config.observation_horizon);
-    let mut episode = Episode { observations: Vec::new(), actions: Vec::new(), alternative: None };
+    let mut episode =
+        Episode { observations: Vec::new(), actions: Vec::new(), alternative: None, disturbance: None };
     let mut plan_secs = Vec::new();
     let mut pending: std::collections::VecDeque<Action> = Default::default();
     let mut halt = None;

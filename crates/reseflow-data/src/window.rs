@@ -33,10 +33,10 @@ impl Target<'_> {
 }
 
 impl Window {
-    /// The windows of all steps of all episodes, in order.
+    /// The windows of all episodes, in order: of all steps, but for those before a disturbance was answered.
     pub fn all(episodes: &[Episode]) -> Vec<Window> {
         let steps = |(episode, recorded): (usize, &Episode)| {
-            (0..recorded.actions.len()).map(move |step| Window { episode, step })
+            (recorded.first_step()..recorded.actions.len()).map(move |step| Window { episode, step })
         };
         episodes.iter().enumerate().flat_map(steps).collect()
     }

@@ -1,14 +1,13 @@
 //! Demonstrations: the expert's episodes, many at a time, the same bytes for any number of threads.
 
 use rayon::prelude::*;
-use reseflow_data::{
-    Episode, EpisodeKey, IgnoreEvents, Policy, RolloutConfig, RolloutRecord, Scene, Split, Task, rollout,
-};
+use reseflow_data::{Episode, EpisodeKey, IgnoreEvents, RolloutConfig, Split, Task, rollout};
 
-use crate::error::SimError;
+use crate::disturbed::Shove;
+use crate::error::{SimError, expect};
 
 /// What to generate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GenerateRequest {
     /// The split.
     pub split: Split,
@@ -20,12 +19,14 @@ pub struct GenerateRequest {
     pub threads: Option<usize>,
     /// How often the expert may fail at one episode before that is a fault.
     pub max_attempts: u32,
+    /// The share of episodes, from 0 to 1, whose scene is disturbed meanwhile, so that they show how to begin anew.
+    pub disturbed_share: f64,
 }
 
 impl GenerateRequest {
-    /// E episodes of a split, on every core.
+    /// E episodes of a split, on every core, undisturbed.
     pub fn new(split: Split, seed: u64, episodes: usize) -> Self {
-        Self { split, seed, episodes, threads: None, max_attempts: 20 }
+        Self { split, seed, episodes, threads: None, max_attempts: 20, disturbed_share: 0.0 }
     }
 }
 
@@ -45,12 +46,15 @@ pub struct Generated {
 /// `progress` is called once for each finished episode, from any thread.
 ///
 /// # Errors
-/// A scene that cannot be set up, an expert that fails `max_attempts` times in a row, or threads that do not start.
+/// A scene that cannot be set up, an expert that fails `max_attempts` times in a row, a share that is none or one of disturbed
+/// episodes where there are two experts, or threads that do not start.
 pub fn generate(
     task: &dyn Task,
     request: &GenerateRequest,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Generated, SimError> {
+    let share = request.disturbed_share;
+    expect((0.0..=1.0).contains(&share), "disturbed_share", share, "a share from 0 to 1")?;
     let threads = request.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -77,33 +81,34 @@ fn demonstrate(
     request: &GenerateRequest,
     index: u64,
 ) -> Result<(EpisodeKey, Episode), SimError> {
-    let name = task.spec().name;
+    let spec = task.spec();
+    let name = &spec.name;
     for attempt in 0..request.max_attempts {
         let key = EpisodeKey { task: name.clone(), split: request.split, seed: request.seed, index, attempt };
         let mut scene = task.reset(&key)?;
         let mut expert = scene.expert();
         let alternative = scene.alternative();
-        let record = run_open_loop(task, scene.as_mut(), expert.as_mut())?;
+        if alternative.is_some() && request.disturbed_share > 0.0 {
+            let share = request.disturbed_share.to_string();
+            let expected = format!("0 for {name}: what its other expert would do then is not known");
+            return Err(SimError::Setting { key: "disturbed_share", got: share, expected });
+        }
+        let shove = Shove::draw(&key, request.disturbed_share, &spec);
+        let config = match &shove {
+            Some(shove) => shove.rollout(),
+            None => RolloutConfig {
+                observation_horizon: 1,
+                n_action_steps: spec.action_steps,
+                disturb_before: None,
+                policy_seed: 0,
+            },
+        };
+        let record = rollout(scene.as_mut(), &spec, expert.as_mut(), &config, &mut IgnoreEvents)?;
         if record.outcome.success {
-            return Ok((key, Episode { alternative, ..record.episode }));
+            let disturbance = shove.map(|shove| shove.disturbance);
+            return Ok((key, Episode { alternative, disturbance, ..record.episode }));
         }
     }
     let attempts = request.max_attempts;
-    Err(SimError::TooManyFailures { task: name, index, attempts, allowed: attempts })
-}
-
-/// Lets `policy` plan once and act to the end.
-fn run_open_loop(
-    task: &dyn Task,
-    scene: &mut dyn Scene,
-    policy: &mut dyn Policy,
-) -> Result<RolloutRecord, SimError> {
-    let spec = task.spec();
-    let config = RolloutConfig {
-        observation_horizon: 1,
-        n_action_steps: spec.action_steps,
-        disturb_before: None,
-        policy_seed: 0,
-    };
-    Ok(rollout(scene, &spec, policy, &config, &mut IgnoreEvents)?)
+    Err(SimError::TooManyFailures { task: name.clone(), index, attempts, allowed: attempts })
 }

@@ -18,6 +18,7 @@
 mod camera;
 mod color;
 mod convert;
+mod disturbed;
 mod error;
 mod expert;
 mod generate;
@@ -29,6 +30,7 @@ mod tasks;
 mod world;
 
 pub use camera::{Camera, CameraSettings, Selection, is_salient};
+pub use disturbed::disturbance_seed;
 pub use error::SimError;
 pub use generate::{GenerateRequest, Generated, generate};
 pub use render::{RgbPicture, overview_camera, render};

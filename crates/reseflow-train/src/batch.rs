@@ -144,12 +144,14 @@ pub(crate) fn shard_loss(
     })
 }
 
-/// Draws an episode, and its first window with the share that the configuration says, else any of its windows.
+/// Draws an episode, and its first window with the share that the configuration says, else any of its windows; windows begin where the
+/// actions suit what is seen.
 pub(crate) fn draw_window(data: &Dataset, train: &TrainConfig, rng: &mut ChaCha8Rng) -> Window {
     let episode = rng.random_range(0..data.episodes.len());
     let first: f64 = rng.random();
-    let step = rng.random_range(0..data.episodes[episode].actions.len());
-    Window { episode, step: if first < train.first_window_share { 0 } else { step } }
+    let first_step = data.episodes[episode].first_step();
+    let step = rng.random_range(first_step..data.episodes[episode].actions.len());
+    Window { episode, step: if first < train.first_window_share { first_step } else { step } }
 }
 
 /// Trajectories in the world's axes, each from its scene's origin.

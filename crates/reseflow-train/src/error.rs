@@ -77,6 +77,12 @@ pub enum TrainError {
         /// The episode.
         index: usize,
     },
+    /// An episode that cannot be compared with from its first step on.
+    #[error("episode {index} was disturbed while it was recorded, expected episodes that were not")]
+    Disturbed {
+        /// The episode.
+        index: usize,
+    },
     /// Pairs that do not belong to the demonstrations or to the network.
     #[error("pairs: {0}")]
     Pairs(String),

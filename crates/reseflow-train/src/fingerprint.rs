@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use reseflow_data::{Action, Dataset, Episode, Observation};
+use reseflow_data::{Action, Dataset, Disturbance, Episode, Observation};
 use reseflow_lie::SE3;
 use serde::{Deserialize, Serialize};
 
@@ -113,6 +113,10 @@ fn bytes_of_episode(episode: &Episode) -> Vec<u8> {
     let alternative = episode.alternative.as_deref().unwrap_or_default();
     put_length(&mut bytes, alternative.len());
     alternative.iter().for_each(|pose| put_pose(&mut bytes, pose));
+    if let Some(Disturbance { before, answered_from }) = episode.disturbance {
+        put_length(&mut bytes, before);
+        put_length(&mut bytes, answered_from);
+    }
     bytes
 }
 

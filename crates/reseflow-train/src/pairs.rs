@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand::seq::index;
 use rand_chacha::ChaCha8Rng;
-use reseflow_data::{ActionChunk, Dataset, FlowPair, Observation, Window, WindowPairs};
+use reseflow_data::{ActionChunk, Dataset, Episode, FlowPair, Observation, Window, WindowPairs};
 use reseflow_flow::{AdaptiveConfig, PriorFrame, Solver, integrate};
 use serde::{Deserialize, Serialize};
 
@@ -99,21 +99,23 @@ pub fn make_pairs(
 
 /// How many windows [`make_pairs`] makes pairs for.
 pub fn count_pair_windows(demonstrations: &Dataset, config: &PairConfig) -> usize {
-    demonstrations.episodes.iter().map(|episode| episode.actions.len().min(config.windows)).sum()
+    let windows = |episode: &Episode| episode.actions.len().saturating_sub(episode.first_step());
+    demonstrations.episodes.iter().map(|episode| windows(episode).min(config.windows)).sum()
 }
 
 /// The windows, in order.
 fn pair_windows(demonstrations: &Dataset, config: &PairConfig) -> Vec<Window> {
     let mut windows = Vec::new();
     for (episode, recorded) in demonstrations.episodes.iter().enumerate() {
-        let later = recorded.actions.len().saturating_sub(1);
+        let first = recorded.first_step();
+        let later = recorded.actions.len().saturating_sub(first + 1);
         let mut rng = random_stream(config.seed, 2 * episode as u64);
         let mut steps = index::sample(&mut rng, later, later.min(config.windows - 1)).into_vec();
         steps.sort_unstable();
-        if !recorded.actions.is_empty() {
-            windows.push(Window { episode, step: 0 });
+        if recorded.actions.len() > first {
+            windows.push(Window { episode, step: first });
         }
-        windows.extend(steps.into_iter().map(|step| Window { episode, step: step + 1 }));
+        windows.extend(steps.into_iter().map(|step| Window { episode, step: first + step + 1 }));
     }
     windows
 }
@@ -152,4 +154,52 @@ fn carry(
         }
     }
     Ok(made)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TrainConfig;
+    use crate::batch::draw_window;
+    use reseflow_data::{Action, Disturbance};
+    use reseflow_lie::SE3;
+
+    /// Two episodes of six steps; the second one's disturbance was answered from step 4.
+    fn demonstrations() -> Dataset {
+        let action = Action { world_from_gripper: SE3::identity(), opening: 0.0 };
+        let episode = |disturbance| Episode {
+            observations: Vec::new(),
+            actions: vec![action; 6],
+            alternative: None,
+            disturbance,
+        };
+        let disturbance = Disturbance { before: 2, answered_from: 4 };
+        Dataset { episodes: vec![episode(None), episode(Some(disturbance))], meta: None }
+    }
+
+    #[test]
+    fn no_window_begins_before_a_disturbance_was_answered() {
+        let data = demonstrations();
+        for (windows, expected) in [(1, vec![0, 4]), (9, vec![0, 1, 2, 3, 4, 5, 4, 5])] {
+            let config = PairConfig { windows, ..PairConfig::default() };
+            let drawn = pair_windows(&data, &config);
+            assert_eq!(drawn.iter().map(|window| window.step).collect::<Vec<_>>(), expected);
+            assert_eq!(count_pair_windows(&data, &config), expected.len());
+        }
+        let mut rng = random_stream(3, 0);
+        for first_window_share in [0.0, 1.0] {
+            let train = TrainConfig { first_window_share, ..TrainConfig::default() };
+            let drawn: Vec<Window> = (0..200).map(|_| draw_window(&data, &train, &mut rng)).collect();
+            let steps = |episode: usize| {
+                let of = drawn.iter().filter(move |window| window.episode == episode);
+                of.map(|window| window.step).collect::<std::collections::BTreeSet<_>>()
+            };
+            let of_first = if first_window_share > 0.0 { vec![0] } else { (0..6).collect() };
+            let of_second = if first_window_share > 0.0 { vec![4] } else { vec![4, 5] };
+            assert_eq!(
+                (steps(0), steps(1)),
+                (of_first.into_iter().collect(), of_second.into_iter().collect())
+            );
+        }
+    }
 }

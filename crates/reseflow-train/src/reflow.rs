@@ -231,6 +231,7 @@ mod tests {
             observations: Vec::new(),
             actions: [chunk(e as f64).0, chunk(e as f64).0].concat(),
             alternative: None,
+            disturbance: None,
         };
         let of = |episode: usize, step: usize| {
             let images = [-0.3, -0.1, 0.2, 0.4].map(|off| chunk(episode as f64 + off));

@@ -168,8 +168,16 @@ fn check<M: Trainable>(request: &TrainRequest<'_, M>) -> Result<(), TrainError> 
         return Err(TrainError::Config(format!("{key} needs validation episodes, got none")));
     }
     check_data(request.demonstrations)?;
-    let held_out = request.validation.map_or(Ok(()), check_data);
+    let held_out = request.validation.map_or(Ok(()), |data| check_data(data).and_then(|()| check_calm(data)));
     held_out.map_err(|fault| TrainError::Validation(Box::new(fault)))
+}
+
+/// Scores are taken from an episode's first step on.
+fn check_calm(data: &Dataset) -> Result<(), TrainError> {
+    match data.episodes.iter().position(|episode| episode.disturbance.is_some()) {
+        Some(index) => Err(TrainError::Disturbed { index }),
+        None => Ok(()),
+    }
 }
 
 fn check_data(data: &Dataset) -> Result<(), TrainError> {

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use reseflow_data::{Action, Dataset, DatasetMeta, Split, Task};
-use reseflow_sim::{CameraSettings, GenerateRequest, generate};
+use reseflow_data::{Dataset, DatasetMeta, Split, Task};
+use reseflow_sim::{CameraSettings, GenerateRequest, SimError, generate};
 use serde::Serialize;
 
 use crate::error::bad_input;
@@ -19,6 +19,8 @@ pub struct DemonstrationRequest {
     pub seed: u64,
     /// Episodes E.
     pub episodes: usize,
+    /// The share of them whose scene is disturbed meanwhile.
+    pub disturbed_share: f64,
     /// The camera that the task has, for `meta`.
     pub camera: CameraSettings,
 }
@@ -39,14 +41,20 @@ pub struct ReplayCheck {
 /// Lets the expert demonstrate the task.
 ///
 /// # Errors
-/// When the simulator cannot set up a scene or the expert keeps failing.
+/// When the simulator cannot set up a scene, the expert keeps failing, or the task has no disturbed demonstrations.
 pub fn record(
     task: &dyn Task,
     request: &DemonstrationRequest,
     progress: &(dyn Fn() + Sync),
 ) -> anyhow::Result<Dataset> {
-    let generated =
-        generate(task, &GenerateRequest::new(request.split, request.seed, request.episodes), progress)?;
+    let wanted = GenerateRequest {
+        disturbed_share: request.disturbed_share,
+        ..GenerateRequest::new(request.split, request.seed, request.episodes)
+    };
+    let generated = generate(task, &wanted, progress).map_err(|fault| match fault {
+        SimError::Setting { .. } => bad_input(fault.to_string()),
+        fault => fault.into(),
+    })?;
     let spec = task.spec();
     let mut meta = DatasetMeta {
         task: spec.name.clone(),
@@ -57,6 +65,9 @@ pub fn record(
         config: serde_json::to_value(&spec)?,
         ..DatasetMeta::default()
     };
+    if request.disturbed_share > 0.0 {
+        meta.extra.insert("disturbed_share".to_owned(), request.disturbed_share.into());
+    }
     if !request.camera.is_default() {
         meta.extra.insert("camera".to_owned(), serde_json::to_value(request.camera)?);
     }
@@ -83,8 +94,6 @@ pub fn replay(
             keys.len()
         )));
     }
-    let actions: Vec<Vec<Action>> =
-        dataset.episodes.iter().take(episodes).map(|episode| episode.actions.clone()).collect();
     let request = RolloutRequest {
         split: keys.first().map_or(Split::Train, |key| key.split),
         seed: keys.first().map_or(0, |key| key.seed),
@@ -96,7 +105,7 @@ pub fn replay(
     let results = run_episodes(
         task,
         &request,
-        &mut Actor::Scripted(Script::Replay { keys, actions }),
+        &mut Actor::Scripted(Script::Replay { keys, episodes: &dataset.episodes }),
         witness,
         progress,
     )?;

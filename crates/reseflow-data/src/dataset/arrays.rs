@@ -1,7 +1,8 @@
-//! A data set as it lies in the file: six flat arrays and an optional seventh, and the way to episodes and back.
+//! A data set as it lies in the file: six flat arrays and up to three optional ones, and the way to episodes and back.
 
 use std::io::{self, Seek, Write};
 
+use super::disturbance;
 use super::extents::{Axis, check_finite, check_openings, check_shape, describe_index, leading_extents};
 use super::pose_array::{pose_at, push_pose};
 use crate::npz::{Array, Element, NpzReader, NpzWriter};
@@ -25,6 +26,8 @@ pub(super) struct DatasetArrays {
     action_opening: Array<f32>,
     /// Older files, and most tasks, do not have it.
     action_pose_alt: Option<Array<f32>>,
+    /// For each episode the step before which it was disturbed and the one from which that was answered; both 0 where it was not.
+    disturbed: Option<Array<i32>>,
 }
 
 impl DatasetArrays {
@@ -32,6 +35,7 @@ impl DatasetArrays {
     pub(super) fn read(npz: &mut NpzReader) -> Result<Self, DataError> {
         let action_pose_alt =
             if npz.contains("action_pose_alt") { Some(npz.array("action_pose_alt")?) } else { None };
+        let disturbed = if npz.contains("disturbed") { Some(npz.array("disturbed")?) } else { None };
         Ok(Self {
             points: npz.array("points")?,
             rgb: npz.array("rgb")?,
@@ -40,6 +44,7 @@ impl DatasetArrays {
             action_pose: npz.array("action_pose")?,
             action_opening: npz.array("action_opening")?,
             action_pose_alt,
+            disturbed,
         })
     }
 
@@ -50,7 +55,8 @@ impl DatasetArrays {
         npz.array("gripper_opening", &self.gripper_opening)?;
         npz.array("action_pose", &self.action_pose)?;
         npz.array("action_opening", &self.action_opening)?;
-        self.action_pose_alt.as_ref().map_or(Ok(()), |array| npz.array("action_pose_alt", array))
+        self.action_pose_alt.as_ref().map_or(Ok(()), |array| npz.array("action_pose_alt", array))?;
+        self.disturbed.as_ref().map_or(Ok(()), |array| npz.array("disturbed", array))
     }
 
     /// blake3 over every array's name, type, shape and little-endian elements, in hexadecimal.
@@ -64,6 +70,9 @@ impl DatasetArrays {
         hash_array(&mut hasher, "action_opening", &self.action_opening);
         if let Some(array) = &self.action_pose_alt {
             hash_array(&mut hasher, "action_pose_alt", array);
+        }
+        if let Some(array) = &self.disturbed {
+            hash_array(&mut hasher, "disturbed", array);
         }
         hasher.finalize().to_hex().to_string()
     }
@@ -85,6 +94,10 @@ impl DatasetArrays {
         if let Some(array) = &self.action_pose_alt {
             check_shape("action_pose_alt", array, &matrix, "points")?;
             check_finite("action_pose_alt", array)?;
+        }
+        if let Some(array) = &self.disturbed {
+            check_shape("disturbed", array, &[e, Axis::Fixed(2)], "points")?;
+            disturbance::check(&array.data, steps)?;
         }
         check_openings("gripper_opening", &self.gripper_opening)?;
         check_openings("action_opening", &self.action_opening)?;
@@ -127,7 +140,14 @@ impl DatasetArrays {
                     opening: f64::from(self.action_opening.data[frame]),
                 })
             });
-            Ok(Episode { observations, actions: actions.collect::<Result<_, String>>()?, alternative })
+            let disturbance =
+                self.disturbed.as_ref().and_then(|array| disturbance::of_episode(&array.data, episode));
+            Ok(Episode {
+                observations,
+                actions: actions.collect::<Result<_, String>>()?,
+                alternative,
+                disturbance,
+            })
         };
         (0..episodes).map(episode).collect()
     }
@@ -153,6 +173,7 @@ impl DatasetArrays {
             action_pose: empty(&[count, steps, 4, 4]),
             action_opening: empty(&[count, steps]),
             action_pose_alt: first.alternative.is_some().then(|| empty(&[count, steps, 4, 4])),
+            disturbed: disturbance::array(episodes),
         };
         for (index, episode) in episodes.iter().enumerate() {
             arrays.push(episode, steps, points).map_err(|fault| format!("episode {index} {fault}"))?;

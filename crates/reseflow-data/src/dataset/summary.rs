@@ -53,6 +53,8 @@ pub struct DatasetSummary {
     pub padded_share: f64,
     /// Whether every episode holds the poses of another expert too.
     pub has_alternative: bool,
+    /// Episodes whose scene was disturbed.
+    pub disturbed: usize,
     /// blake3 over the arrays, in hexadecimal.
     pub content_hash: String,
     /// How that compares with the provenance.
@@ -97,6 +99,7 @@ impl DatasetSummary {
             action: PoseRange::of(actions().map(|a| (&a.world_from_gripper, a.opening))),
             padded_share: padded_share(file),
             has_alternative: dataset.episodes.iter().all(|episode| episode.alternative.is_some()),
+            disturbed: dataset.episodes.iter().filter(|episode| episode.disturbance.is_some()).count(),
             content_hash: file.content_hash.clone(),
             hash_check,
             meta: dataset.meta.clone(),

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use proptest::prelude::*;
 use reseflow_data::{
-    ActionChunk, Dataset, DatasetFile, DatasetMeta, DatasetSummary, EpisodeKey, HashCheck, Predictions, Split,
+    ActionChunk, Dataset, DatasetFile, DatasetMeta, DatasetSummary, Disturbance, EpisodeKey, HashCheck,
+    Predictions, Split,
 };
 use reseflow_lie::{SE3, SO3, Vector3};
 
@@ -64,6 +65,33 @@ fn alternative_trajectories_are_read_back_and_part_of_the_hash() {
     data.episodes[1].alternative = Some(Vec::new());
     let fault = data.write(&with).unwrap_err().to_string();
     assert!(fault.contains("episode 1 has 0 alternative poses, expected T = 4"), "{fault}");
+}
+
+#[test]
+fn disturbances_are_read_back_and_part_of_the_hash() {
+    let folder = tempfile::tempdir().unwrap();
+    let (with, without) = (folder.path().join("with.npz"), folder.path().join("without.npz"));
+    let mut data = samples::dataset(5, 3, 4, 2);
+    data.write(&without).unwrap();
+    let disturbance = Some(Disturbance { before: 1, answered_from: 2 });
+    data.episodes[1].disturbance = disturbance;
+    data.write(&with).unwrap();
+    let (plain, read) = (DatasetFile::read(&without).unwrap(), DatasetFile::read(&with).unwrap());
+    assert_ne!(plain.content_hash, read.content_hash);
+    assert!(plain.dataset.episodes.iter().all(|episode| episode.disturbance.is_none()));
+    assert_eq!(
+        read.dataset.episodes.iter().map(|episode| episode.disturbance).collect::<Vec<_>>(),
+        [None, disturbance, None]
+    );
+    assert_eq!((DatasetSummary::of(&plain).disturbed, DatasetSummary::of(&read).disturbed), (0, 1));
+
+    for wrong in [(2, 1), (1, 4)] {
+        data.episodes[1].disturbance = Some(Disturbance { before: wrong.0, answered_from: wrong.1 });
+        let fault = data.write(&with).unwrap_err().to_string();
+        assert!(fault.contains("`disturbed`[1] is ["), "{fault}");
+        assert!(fault.contains("expected two steps from 0 to 3"), "{fault}");
+    }
+    assert_eq!(Dataset::read(&with).unwrap(), read.dataset, "what was there stays");
 }
 
 proptest! {

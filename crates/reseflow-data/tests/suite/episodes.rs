@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use rand::RngExt;
-use reseflow_data::{EpisodeKey, ObservationHistory, PADDING_WEIGHT, Split, Window};
+use reseflow_data::{Disturbance, EpisodeKey, ObservationHistory, PADDING_WEIGHT, Split, Window};
 
 use crate::samples;
 
@@ -85,4 +85,13 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn windows_begin_where_a_disturbance_was_answered() {
+    let mut episodes = samples::dataset(3, 2, 4, 2).episodes;
+    episodes[0].disturbance = Some(Disturbance { before: 1, answered_from: 2 });
+    let windows = Window::all(&episodes);
+    let at: Vec<_> = windows.iter().map(|window| (window.episode, window.step)).collect();
+    assert_eq!(at, [(0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (1, 3)]);
 }

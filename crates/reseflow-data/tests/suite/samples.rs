@@ -35,6 +35,7 @@ pub(crate) fn dataset(seed: u64, episodes: usize, steps: usize, points: usize) -
         observations: (0..steps).map(|_| observation(&mut rng, points)).collect(),
         actions: (0..steps).map(|_| action(&mut rng)).collect(),
         alternative: None,
+        disturbance: None,
     });
     Dataset { episodes: episodes.collect(), meta: None }
 }

@@ -4,6 +4,7 @@
 mod camera;
 mod conformance;
 mod determinism;
+mod disturbed;
 mod door;
 mod halts;
 mod painting;

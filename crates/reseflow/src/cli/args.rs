@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use reseflow_data::Split;
 
+use super::numbers::{above_zero, positive, share};
 use super::{CameraArgs, ReportArgs, SolverArgs};
 use crate::config::{Override, UNIMODAL_D_GEO};
 
@@ -120,6 +121,9 @@ pub struct GenArgs {
     /// Splits never share an episode, whatever the seeds
     #[arg(long, value_enum, default_value_t = SplitArg::Train)]
     pub split: SplitArg,
+    /// Which share of the episodes is disturbed, so that a policy can learn to begin anew; from 0 to 1
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE", value_parser = share)]
+    pub disturbed_share: f64,
     /// How frames are made
     #[command(flatten)]
     pub camera: CameraArgs,
@@ -371,20 +375,4 @@ pub struct RunArgs {
     /// Redo every stage
     #[arg(long)]
     pub fresh: bool,
-}
-
-/// The largest number of episodes, steps or seeds that a call may ask for; more is a slip of the keyboard.
-const LARGEST_COUNT: usize = 1_000_000;
-
-fn positive(text: &str) -> Result<usize, String> {
-    match text.parse::<usize>() {
-        Ok(0) | Err(_) => Err("expected a whole number, 1 or more".to_owned()),
-        Ok(value) if value > LARGEST_COUNT => Err(format!("expected at most {LARGEST_COUNT}")),
-        Ok(value) => Ok(value),
-    }
-}
-
-fn above_zero(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| "expected a number greater than 0".to_owned())
 }

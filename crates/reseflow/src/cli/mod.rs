@@ -2,6 +2,7 @@
 
 mod args;
 mod camera;
+mod numbers;
 mod parse;
 mod report;
 mod solver;

@@ -30,7 +30,8 @@ pub(super) fn execute(args: &GenArgs, terminal: &Terminal) -> anyhow::Result<()>
     let preview = args.preview.as_deref().map(PreviewFiles::claim).transpose()?;
 
     let (split, seed, episodes) = (args.split.into(), args.seed, args.episodes);
-    let request = DemonstrationRequest { split, seed, episodes, camera };
+    let request =
+        DemonstrationRequest { split, seed, episodes, camera, disturbed_share: args.disturbed_share };
     let progress = terminal.progress("episodes", args.episodes as u64);
     let mut dataset = demonstrations::record(task.as_ref(), &request, &|| progress.advance())?;
     let secs = progress.finish();

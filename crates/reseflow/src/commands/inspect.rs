@@ -130,6 +130,9 @@ fn data_set_table(path: &Path, summary: &DatasetSummary) -> Table {
         row(&format!("{name} angle up to (rad)"), format!("{angle_max_rad:.3}"));
         row(&format!("{name} opening"), format!("{:.2} to {:.2}", opening[0], opening[1]));
     }
+    if summary.disturbed > 0 {
+        row("disturbed episodes", summary.disturbed.to_string());
+    }
     row("targets that are padding", format!("{:.1} %", 100.0 * summary.padded_share));
     let check = match summary.hash_check {
         HashCheck::Absent => "nothing to compare with",

@@ -61,6 +61,9 @@ pub struct DataConfig {
     pub validation_episodes: usize,
     /// Episodes to report on.
     pub test_episodes: usize,
+    /// The share of the episodes to learn from whose scene is disturbed meanwhile, so that they show how to begin anew.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub disturbed_share: f64,
     /// The seed of all three; splits never share an episode.
     pub seed: u64,
     /// How the camera's frames are made, in the rollouts as well.
@@ -95,10 +98,16 @@ impl Default for DataConfig {
             train_episodes: 500,
             validation_episodes: 20,
             test_episodes: 50,
+            disturbed_share: 0.0,
             seed: 1,
             camera: CameraSettings::default(),
         }
     }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// Whether `name` can be that of a folder, or a part of a file's, everywhere.
@@ -117,6 +126,10 @@ impl ExperimentConfig {
             ("data.train_episodes", self.data.train_episodes),
             ("data.test_episodes", self.data.test_episodes),
         ])?;
+        let share = self.data.disturbed_share;
+        if !(0.0..=1.0).contains(&share) {
+            return Err(format!("`data.disturbed_share` is {share}, expected a share from 0 to 1"));
+        }
         self.eval.validate()?;
         self.rollout.validate()?;
         self.samplers.as_ref().map_or(Ok(()), SamplersConfig::validate)?;

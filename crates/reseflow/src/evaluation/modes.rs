@@ -131,6 +131,7 @@ mod tests {
             observations: Vec::new(),
             actions: turning(own),
             alternative: Some(turning(-own).iter().map(|action| action.world_from_gripper).collect()),
+            disturbance: None,
         };
         Dataset { episodes: vec![episode(1.0), episode(-1.0)], meta: None }
     }

@@ -9,7 +9,7 @@ use super::{
     EvalReport, SamplePolicy, StepsDifference, StraightnessRow, noise_seeds, score_steps, trivial_scores,
 };
 use crate::config::SolverChoice;
-use crate::error::about_data;
+use crate::error::{about_data, bad_input};
 use crate::learning::{LearnedPolicy, learned_task};
 use crate::output::Terminal;
 use crate::provenance::Provenance;
@@ -73,6 +73,13 @@ impl EvalInputs {
     pub fn load(&self) -> anyhow::Result<Loaded> {
         let mut held_out = DatasetFile::read(&self.data)?;
         held_out.dataset.episodes.truncate(self.episodes.unwrap_or(usize::MAX));
+        let mut episodes = held_out.dataset.episodes.iter();
+        if let Some(index) = episodes.position(|episode| episode.disturbance.is_some()) {
+            let data = self.data.display();
+            return Err(bad_input(format!(
+                "{data}: episode {index} was disturbed while it was recorded, expected held-out episodes that were not"
+            )));
+        }
         Ok(Loaded {
             held_out,
             training: self.train_data.as_deref().map(Dataset::read).transpose()?,

@@ -132,7 +132,12 @@ mod tests {
             world_from_gripper: at(x_m).world_from_gripper,
             gripper_opening: 1.0,
         };
-        Episode { observations: vec![frame; 2], actions: vec![at(x_m); 2], alternative: None }
+        Episode {
+            observations: vec![frame; 2],
+            actions: vec![at(x_m); 2],
+            alternative: None,
+            disturbance: None,
+        }
     }
 
     impl SamplePolicy for Biased {

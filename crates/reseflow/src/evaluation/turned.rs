@@ -53,6 +53,7 @@ pub fn turned(test: &Dataset) -> Dataset {
             .alternative
             .as_ref()
             .map(|poses| poses.iter().map(|pose| motion * *pose).collect()),
+        disturbance: episode.disturbance,
     });
     let mut meta = test.meta.clone();
     if let Some(meta) = &mut meta {
@@ -145,6 +146,7 @@ mod tests {
                 observations: vec![Observation { cloud, world_from_gripper, gripper_opening: 1.0 }],
                 actions: vec![Action { world_from_gripper, opening: 0.5 }],
                 alternative: Some(vec![world_from_gripper]),
+                disturbance: None,
             }
         };
         Dataset { episodes: vec![episode(0.3), episode(-0.4)], meta: None }

@@ -12,14 +12,16 @@ pub struct MeanTrajectory {
 }
 
 impl MeanTrajectory {
-    /// The mean of `demonstrations`.
+    /// The mean of `demonstrations`, without those that were disturbed.
     ///
     /// # Errors
     /// When there is no demonstration, or when the poses are scattered so widely that their mean does not converge.
     pub fn fit(demonstrations: &[Episode]) -> Result<Self, LieError> {
-        let horizon = demonstrations.iter().map(|episode| episode.actions.len()).max().unwrap_or(0);
+        let calm: Vec<&Episode> =
+            demonstrations.iter().filter(|episode| episode.disturbance.is_none()).collect();
+        let horizon = calm.iter().map(|episode| episode.actions.len()).max().unwrap_or(0);
         let gripper_from_action =
-            (0..horizon).map(|step| mean_action(demonstrations, step)).collect::<Result<_, _>>()?;
+            (0..horizon).map(|step| mean_action(&calm, step)).collect::<Result<_, _>>()?;
         if horizon == 0 { Err(LieError::EmptyMean) } else { Ok(Self { gripper_from_action }) }
     }
 
@@ -33,7 +35,7 @@ impl MeanTrajectory {
     }
 }
 
-fn mean_action(demonstrations: &[Episode], step: usize) -> Result<(SE3, f64), LieError> {
+fn mean_action(demonstrations: &[&Episode], step: usize) -> Result<(SE3, f64), LieError> {
     let mut poses = Vec::with_capacity(demonstrations.len());
     let mut openings = Vec::with_capacity(demonstrations.len());
     for episode in demonstrations {

@@ -27,10 +27,11 @@ pub struct NearestDemonstration<'a> {
 }
 
 impl<'a> NearestDemonstration<'a> {
-    /// Prepares `demonstrations`; episodes without an observation are left out.
+    /// Prepares `demonstrations`; episodes without an observation and those that were disturbed are left out.
     pub fn fit(demonstrations: &'a [Episode]) -> Self {
         let prepare = |episode: &'a Episode| Some((episode, Descriptor::of(episode.observations.first()?)));
-        Self { demonstrations: demonstrations.iter().filter_map(prepare).collect() }
+        let calm = demonstrations.iter().filter(|episode| episode.disturbance.is_none());
+        Self { demonstrations: calm.filter_map(prepare).collect() }
     }
 
     /// The nearest demonstration's actions, moved by what takes its gripper to the gripper of `first`; `None` when there is no
@@ -102,6 +103,7 @@ pub(super) mod tests {
             observations: vec![first],
             actions: vec![Action { world_from_gripper, opening: x_m }],
             alternative: None,
+            disturbance: None,
         }
     }
 

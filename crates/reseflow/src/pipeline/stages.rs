@@ -43,7 +43,11 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
 
     let mut data_stage = |split: Split, episodes: usize| {
         let file = layout.data(&split.to_string());
-        let inputs = json!([config.task, split, config.data.seed, episodes, config.data.camera]);
+        let data = &config.data;
+        let mut inputs = json!([config.task, split, data.seed, episodes, data.camera]);
+        if let (Some(inputs), true) = (inputs.as_array_mut(), context.disturbed_share(split) > 0.0) {
+            inputs.push(data.disturbed_share.into());
+        }
         stage(&format!("data-{split}"), inputs, &[file], &mut || context.record(split, episodes))
     };
     let train_data = data_stage(Split::Train, config.data.train_episodes)?;
@@ -105,9 +109,16 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
 }
 
 impl Context<'_> {
+    /// Policies are judged on episodes that were left alone.
+    fn disturbed_share(&self, split: Split) -> f64 {
+        if split == Split::Train { self.config.data.disturbed_share } else { 0.0 }
+    }
+
     fn record(&self, split: Split, episodes: usize) -> anyhow::Result<()> {
         let data = &self.config.data;
-        let request = DemonstrationRequest { split, seed: data.seed, episodes, camera: data.camera };
+        let disturbed_share = self.disturbed_share(split);
+        let request =
+            DemonstrationRequest { split, seed: data.seed, episodes, camera: data.camera, disturbed_share };
         let progress = self.terminal.progress(&format!("data, {split}"), episodes as u64);
         let dataset = record(self.task, &request, &|| progress.advance())?;
         progress.finish();

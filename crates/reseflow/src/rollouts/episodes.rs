@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 use reseflow_data::{
-    Action, EpisodeKey, EpisodeObserver, IgnoreEvents, Outcome, Policy, RolloutConfig, Scene, Split, Task,
+    Episode, EpisodeKey, EpisodeObserver, IgnoreEvents, Outcome, Policy, RolloutConfig, Scene, Split, Task,
     TaskError, TaskSpec, rollout,
 };
-use reseflow_sim::{Scripted, Still};
+use reseflow_sim::{Scripted, Still, disturbance_seed};
 
 use super::{FIRST_SEED, Witness};
 
@@ -26,12 +26,12 @@ pub enum Script<'a> {
     Expert,
     /// Nobody: the gripper stays where it is.
     Still,
-    /// The stored actions of episode `i`, open loop, in the scene that `keys[i]` names.
+    /// The stored actions of episode `i`, open loop, in the scene that `keys[i]` names, disturbed again where it was.
     Replay {
         /// Which scenes.
         keys: &'a [EpisodeKey],
-        /// The commands of each.
-        actions: Vec<Vec<Action>>,
+        /// What was recorded in each.
+        episodes: &'a [Episode],
     },
 }
 
@@ -88,7 +88,7 @@ pub fn run_episodes(
                 let (key, mut scene) = runner.draw(index)?;
                 let observer: &mut dyn EpisodeObserver =
                     if index < watched { witness } else { &mut IgnoreEvents };
-                runner.run(index, key, scene.as_mut(), *policy, observer)
+                runner.run(key, scene.as_mut(), *policy, &runner.config(index), observer)
             })
             .collect(),
         Actor::Scripted(script) => {
@@ -135,41 +135,50 @@ impl Runner<'_> {
         script: &Script<'_>,
         observer: &mut dyn EpisodeObserver,
     ) -> anyhow::Result<EpisodeResult> {
-        if let Script::Replay { keys, actions } = script {
-            let mut scene = self.task.reset(&keys[index])?;
-            let mut replay = Scripted::new("replay", actions[index].clone());
-            return self.run(index, keys[index].clone(), scene.as_mut(), &mut replay, observer);
+        if let Script::Replay { keys, episodes } = script {
+            let (key, episode) = (keys[index].clone(), &episodes[index]);
+            let mut scene = self.task.reset(&key)?;
+            let mut replay = Scripted::new("replay", episode.actions.clone());
+            let config = RolloutConfig {
+                disturb_before: episode.disturbance.map(|disturbance| disturbance.before),
+                policy_seed: disturbance_seed(&key),
+                ..self.config(index)
+            };
+            return self.run(key, scene.as_mut(), &mut replay, &config, observer);
         }
         let (key, mut scene) = self.draw(index)?;
         match script {
             Script::Expert => {
                 let mut expert = scene.expert();
-                self.run(index, key, scene.as_mut(), expert.as_mut(), observer)
+                self.run(key, scene.as_mut(), expert.as_mut(), &self.config(index), observer)
             }
-            _ => self.run(index, key, scene.as_mut(), &mut Still, observer),
+            _ => self.run(key, scene.as_mut(), &mut Still, &self.config(index), observer),
+        }
+    }
+
+    /// How episode `index` is run.
+    fn config(&self, index: usize) -> RolloutConfig {
+        RolloutConfig {
+            observation_horizon: self.request.observation_horizon,
+            n_action_steps: self.request.n_action_steps,
+            disturb_before: self.request.disturb.then_some(self.spec.disturb_before),
+            policy_seed: FIRST_SEED + index as u64,
         }
     }
 
     fn run(
         &self,
-        index: usize,
         key: EpisodeKey,
         scene: &mut dyn Scene,
         policy: &mut dyn Policy,
+        config: &RolloutConfig,
         observer: &mut dyn EpisodeObserver,
     ) -> anyhow::Result<EpisodeResult> {
-        let policy_seed = FIRST_SEED + index as u64;
-        let config = RolloutConfig {
-            observation_horizon: self.request.observation_horizon,
-            n_action_steps: self.request.n_action_steps,
-            disturb_before: self.request.disturb.then_some(self.spec.disturb_before),
-            policy_seed,
-        };
-        let record = rollout(scene, &self.spec, policy, &config, observer)?;
+        let record = rollout(scene, &self.spec, policy, config, observer)?;
         (self.progress)();
         Ok(EpisodeResult {
             key,
-            policy_seed,
+            policy_seed: config.policy_seed,
             outcome: record.outcome,
             steps: record.episode.actions.len(),
             plan_secs: record.plan_secs,

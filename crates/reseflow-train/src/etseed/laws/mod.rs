@@ -137,7 +137,7 @@ fn data(episodes: usize) -> Dataset {
     let mut episode = || {
         let observations = vec![observation(&mut rng); 10];
         let action = |_| Action { world_from_gripper: pose(&mut rng, 0.2), opening: 0.5 };
-        Episode { observations, actions: (0..10).map(action).collect(), alternative: None }
+        Episode { observations, actions: (0..10).map(action).collect(), alternative: None, disturbance: None }
     };
     Dataset { episodes: (0..episodes).map(|_| episode()).collect(), meta: None }
 }

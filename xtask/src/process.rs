@@ -57,6 +57,14 @@ pub(crate) fn has_cargo_tool(subcommand: &str) -> bool {
 /// A [`Failure`] that starts with `what` where the program ran and failed.
 pub(crate) fn run(what: &str, command: &mut Command) -> Result<()> {
     announce(command);
+    run_aside(what, command)
+}
+
+/// Runs `command` without a word; its output goes where the caller has sent it.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn run_aside(what: &str, command: &mut Command) -> Result<()> {
     let status = command.stdin(Stdio::null()).status().with_context(|| cannot_start(command))?;
     judge(what, command, status)
 }

@@ -1,17 +1,24 @@
-//! `cargo xtask reproduce`: every experiment behind the tables and figures, one after another, and their report.
+//! `cargo xtask reproduce`: every experiment behind the tables and figures, some side by side, and their report.
 //!
 //! What runs stands in `configs/reproduce.toml`. Each experiment is a `reseflow run`, which skips what it has done before and goes on
 //! with an interrupted training, so this may be interrupted and called again at any time.
 
+mod jobs;
 mod plan;
 
+use std::num::NonZeroUsize;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-use crate::process::{self, Failure, cargo, complain, say};
+use crate::process::{self, Failure, cargo, say};
 use crate::workspace;
+use jobs::Job;
 use plan::{Experiment, Pipeline, Plan};
+
+/// Experiments side by side where nobody says how many.
+const MOST_JOBS: usize = 8;
 
 /// Where the plan is.
 const PLAN: &str = "configs/reproduce.toml";
@@ -30,6 +37,9 @@ pub(crate) struct Args {
     /// Train nothing: score the policies that ship with the program
     #[arg(long)]
     pretrained: bool,
+    /// How many experiments run side by side; as many as there are processor cores, up to eight, unless said
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
     /// Print the commands and run nothing
     #[arg(long)]
     dry_run: bool,
@@ -57,29 +67,19 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         "the build of reseflow",
         &mut cargo(["build", "--release", "--locked", "--package", "reseflow"]),
     )?;
-    let (started, count) = (Instant::now(), experiments.len());
-    let mut failed = Vec::new();
-    for (place, experiment) in (1..).zip(&experiments) {
-        let (name, begun) = (&experiment.name, Instant::now());
-        say(&format!("reproduce {place}/{count}: {name}"));
-        let how = match reseflow(name, &plan.words(experiment)) {
-            Ok(()) => "done",
-            Err(fault) => {
-                complain(&format!("{fault:#}"));
-                failed.push(name.as_str());
-                "failed"
-            }
-        };
-        let (took, total) = (clock(begun.elapsed()), clock(started.elapsed()));
-        say(&format!("reproduce {place}/{count}: {name} {how} in {took}, {total} since the build"));
-    }
-    let done: Vec<&Experiment> = experiments
-        .iter()
-        .copied()
-        .filter(|experiment| !failed.contains(&experiment.name.as_str()))
-        .collect();
+    let started = Instant::now();
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let width = args.jobs.map_or(cores.min(MOST_JOBS), NonZeroUsize::get);
+    let jobs = experiments.iter().map(|experiment| Job {
+        name: experiment.name.clone(),
+        command: reseflow(&plan.words(experiment)),
+        log: workspace::root().join(plan.folder(&format!("{}.log", experiment.name))),
+    });
+    let failed = jobs::run(jobs.collect(), width)?;
+    let done: Vec<&Experiment> =
+        experiments.iter().copied().filter(|experiment| !failed.contains(&experiment.name)).collect();
     if !done.is_empty() {
-        reseflow("the report", &report(&plan, pipeline, &done))?;
+        process::run("the report", &mut reseflow(&report(&plan, pipeline, &done)))?;
     }
     if !failed.is_empty() {
         let (failed, count) = (failed.join(", "), failed.len());
@@ -92,9 +92,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-fn reseflow(what: &str, words: &[String]) -> Result<()> {
+fn reseflow(words: &[String]) -> Command {
     let mut command = cargo(["run", "--quiet", "--release", "--locked", "--package", "reseflow", "--"]);
-    process::run(what, command.args(words))
+    command.args(words);
+    command
 }
 
 /// The words of the call that makes the report.

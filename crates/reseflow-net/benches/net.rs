@@ -64,10 +64,13 @@ struct Workload {
 }
 
 impl Workload {
-    #[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]
     fn new(device: Device, scenes: usize, points: usize) -> Workload {
+        Self::with(&DriftNetConfig::default(), device, scenes, points)
+    }
+
+    #[expect(clippy::expect_used, reason = "a bench may end where its own input is wrong")]
+    fn with(config: &DriftNetConfig, device: Device, scenes: usize, points: usize) -> Workload {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let config = DriftNetConfig::default();
         let (frames, horizon) = (config.decoder.frames, config.decoder.horizon);
         let mut graph = || {
             let (points, colors) = cloud(points, &mut rng);
@@ -162,10 +165,12 @@ fn encode_forward_and_backward<const POINTS: usize>(bencher: Bencher, name: &str
     });
 }
 
-/// Encoder and decoder.
-#[divan::bench(args = DEVICES)]
-fn forward_and_backward_of_a_batch(bencher: Bencher, name: &str) {
-    let workload = Workload::new(device(name).autodiff(), BATCH, POINTS);
+/// Encoder and decoder, with features of degrees 0 to this among the centres.
+#[divan::bench(args = DEVICES, consts = [1, 2, 3])]
+fn forward_and_backward_of_a_batch<const DEGREE: usize>(bencher: Bencher, name: &str) {
+    let mut config = DriftNetConfig::default();
+    config.encoder.max_degree = DEGREE;
+    let workload = Workload::with(&config, device(name).autodiff(), BATCH, POINTS);
     bencher.bench(|| {
         let predicted = workload.decode(&workload.context());
         (predicted.positions_m.square().sum() + predicted.rotations.square().sum()).backward()

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     CloudGraph, Decoder, DecoderConfig, EncodedScenes, Encoder, EncoderConfig, EndpointPrediction,
-    GripperState, NetError, SceneBatch, SceneContext, SceneState, Symmetry, TokenBatch, TwistPrediction,
+    GripperState, NetError, SceneContext, SceneState, Symmetry, TokenBatch, TwistPrediction,
 };
 
 /// Sizes of a [`DriftNet`].
@@ -73,15 +73,14 @@ impl DriftNet {
     /// Encodes one frame of each of B scenes: its cloud's graph and the gripper at that time.
     ///
     /// # Errors
-    /// As [`SceneBatch::collate`].
+    /// As [`EncoderConfig::collate`].
     pub fn encode<'a>(
         &self,
         graphs: impl IntoIterator<Item = &'a CloudGraph>,
         grippers: &[GripperState],
         device: &Device,
     ) -> Result<EncodedScenes, NetError> {
-        let EncoderConfig { point_radial, centre_radial, .. } = &self.config.encoder;
-        let batch = SceneBatch::collate(graphs, grippers, point_radial, centre_radial, device)?;
+        let batch = self.config.encoder.collate(graphs, grippers, device)?;
         Ok(self.encoder.forward(&batch))
     }
 

@@ -6,11 +6,13 @@ use burn::tensor::{Device, Tensor};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
+use crate::higher_degrees::{HigherDegrees, HigherDegreesConfig};
 use crate::init::linear;
 use crate::scene_batch::CENTRE_VECTORS;
+use crate::transformer::centre_frames;
 use crate::{
-    Convolution, ConvolutionConfig, Features, GraphConfig, HeatMap, HeatMapConfig, Interaction,
-    InteractionConfig, NetError, RadialBasis, SceneBatch, Symmetry,
+    CloudGraph, Convolution, ConvolutionConfig, Features, GraphConfig, GripperState, HeatMap, HeatMapConfig,
+    Interaction, InteractionConfig, NetError, RadialBasis, SceneBatch, Symmetry,
 };
 
 /// Sizes of the [`Encoder`].
@@ -23,6 +25,9 @@ pub struct EncoderConfig {
     pub channels: usize,
     /// Convolutions among the centres, after the one from the points.
     pub layers: usize,
+    /// The highest degree of the centres' features, 1 to 3; above 1 there is a convolution of degrees 0 to this beside each of these.
+    #[serde(skip_serializing_if = "is_one")]
+    pub max_degree: usize,
     /// Heat-map nodes K.
     pub nodes: usize,
     /// Basis of the lengths between points and centres.
@@ -34,12 +39,18 @@ pub struct EncoderConfig {
     pub symmetry: Symmetry,
 }
 
+/// What is not written, so that a network of degrees 0 and 1 is called what it was before there were others.
+fn is_one(max_degree: &usize) -> bool {
+    *max_degree == 1
+}
+
 impl Default for EncoderConfig {
     fn default() -> Self {
         Self {
             graph: GraphConfig::default(),
             channels: 32,
             layers: 2,
+            max_degree: 1,
             nodes: 4,
             point_radial: RadialBasis { count: 8, max_m: 0.12 },
             centre_radial: RadialBasis { count: 8, max_m: 0.3 },
@@ -60,8 +71,37 @@ impl EncoderConfig {
                 return Err(NetError::Config(format!("encoder.{key} must be at least 1, got 0")));
             }
         }
+        let Self { max_degree, layers, .. } = *self;
+        if !(1..=3).contains(&max_degree) {
+            let fault = format!("encoder.max_degree must be 1, 2 or 3, got {max_degree}");
+            return Err(NetError::Config(fault));
+        }
+        if max_degree > 1 && layers < 2 {
+            return Err(NetError::Config(format!(
+                "encoder.max_degree = {max_degree} needs encoder.layers of at least 2, got {layers}: one convolution makes the higher degrees and another one uses them"
+            )));
+        }
         self.point_radial.validate("encoder.point_radial")?;
         self.centre_radial.validate("encoder.centre_radial")
+    }
+
+    /// Lays `graphs` behind one another, each with its gripper, with all that an encoder of this configuration looks at.
+    ///
+    /// # Errors
+    /// As [`SceneBatch::collate`].
+    pub fn collate<'a>(
+        &self,
+        graphs: impl IntoIterator<Item = &'a CloudGraph>,
+        grippers: &[GripperState],
+        device: &Device,
+    ) -> Result<SceneBatch, NetError> {
+        let graphs: Vec<&CloudGraph> = graphs.into_iter().collect();
+        let (points, centres) = (&self.point_radial, &self.centre_radial);
+        let mut batch = SceneBatch::collate(graphs.iter().copied(), grippers, points, centres, device)?;
+        if self.max_degree > 1 {
+            batch.centre_frames = Some(centre_frames(&batch, &graphs, self.max_degree, device)?);
+        }
+        Ok(batch)
     }
 
     /// Draws the weights.
@@ -77,6 +117,12 @@ impl EncoderConfig {
             source_vectors,
         };
         let interaction = InteractionConfig { scalars: channels, vectors: channels, hidden: 2 * channels };
+        let higher = HigherDegreesConfig {
+            max_degree: self.max_degree,
+            channels,
+            layers: self.layers,
+            radial: self.centre_radial.count,
+        };
         let centre_vectors = self.symmetry.vectors(CENTRE_VECTORS);
         Ok(Encoder {
             embed: linear([3, channels], 1.0, true, device, rng),
@@ -89,6 +135,7 @@ impl EncoderConfig {
                 .collect(),
             interactions: (0..self.layers).map(|_| interaction.init(device, rng)).collect(),
             heat_map: HeatMapConfig { channels, nodes: self.nodes }.init(device, rng),
+            higher: (self.max_degree > 1).then(|| higher.init(device, rng)),
             symmetry: self.symmetry,
         })
     }
@@ -105,6 +152,8 @@ pub struct Encoder {
     convolutions: Vec<Convolution>,
     interactions: Vec<Interaction>,
     heat_map: HeatMap,
+    /// Beside the convolutions, where there are degrees above 1.
+    higher: Option<HigherDegrees>,
     #[module(skip)]
     symmetry: Symmetry,
 }
@@ -128,8 +177,13 @@ impl Encoder {
     /// Encodes a batch of scenes, each in its centroid's frame.
     ///
     /// # Panics
-    /// Where the batch was collated with other radial bases.
+    /// Where the batch was collated with other radial bases or for another highest degree.
     pub fn forward(&self, batch: &SceneBatch) -> EncodedScenes {
+        assert_eq!(
+            self.higher.is_some(),
+            batch.centre_frames.is_some(),
+            "Encoder: a batch has frames of its edges where there are degrees above 1, and nowhere else"
+        );
         let scenes = batch.len();
         let embedded = self.embed.forward(batch.colors.clone()).tanh();
         let centre_scalars = embedded.clone().select(0, batch.centres.clone());
@@ -146,12 +200,18 @@ impl Encoder {
         let placed = gate * self.place_vectors.forward(seen);
         let mut features =
             self.point_interaction.forward(Features { scalars, vectors: message.vectors + placed });
-        for (convolution, interaction) in self.convolutions.iter().zip(&self.interactions) {
-            let message = convolution.forward(&features, features.scalars.clone(), &batch.centre_edges);
-            features = interaction.forward(Features {
-                scalars: features.scalars + message.scalars,
-                vectors: features.vectors + message.vectors,
+        let mut higher = Vec::new();
+        for (layer, interaction) in self.interactions.iter().enumerate() {
+            let scalars = features.scalars.clone();
+            let message = self.convolutions[layer].forward(&features, scalars, &batch.centre_edges);
+            let beside = self.higher.as_ref().zip(batch.centre_frames.as_ref()).map(|(layers, frames)| {
+                layers.forward(layer, &features, std::mem::take(&mut higher), frames)
             });
+            features = features.plus(message);
+            if let Some((message, left)) = beside {
+                (features, higher) = (features.plus(message), left);
+            }
+            features = interaction.forward(features);
         }
 
         let heat = self.heat_map.weights(scenes, &features);

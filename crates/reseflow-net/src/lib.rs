@@ -10,7 +10,8 @@
 //! [`Symmetry::None`].
 //!
 //! Beside it stands an SE(3)-Transformer for features of any degree: [`irreps`] has the mathematics, [`degrees`] the layers, and
-//! [`SE3Transformer`] and [`SE3ManiNet`] are built of them.
+//! [`SE3Transformer`] and [`SE3ManiNet`] are built of them. So is what the encoder has beside degrees 0 and 1 where
+//! [`EncoderConfig::max_degree`] asks for more.
 //!
 //! # Errors and panics
 //! What comes from data or a configuration is refused with a [`NetError`]: clouds, grippers, sizes, lists that do not go together. A
@@ -35,6 +36,7 @@ mod error;
 mod features;
 mod graph;
 mod heat_map;
+mod higher_degrees;
 mod host;
 pub mod init;
 mod interaction;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use burn::tensor::{Device, Int, Tensor, TensorData};
 
+use crate::degrees::EdgeFrames;
 use crate::tokens::{OFFSET_SCALE_M, gripper_vectors};
 use crate::{CloudGraph, EdgeList, GripperState, NetError, RadialBasis};
 
@@ -68,6 +69,8 @@ pub struct SceneBatch {
     pub point_edges: EdgeTensors,
     /// Edges among centres.
     pub centre_edges: EdgeTensors,
+    /// The frames of the edges among centres, for an encoder of degrees above 1 ([`crate::EncoderConfig::collate`] makes them).
+    pub centre_frames: Option<EdgeFrames>,
 }
 
 impl SceneBatch {
@@ -132,6 +135,7 @@ impl SceneBatch {
                 centre_radial,
                 device,
             )?,
+            centre_frames: None,
         })
     }
 

@@ -10,4 +10,5 @@ pub use block::Nonlinearity;
 pub use mani_loss::ManiLossConfig;
 pub use mani_net::{ManiNodes, SE3ManiNet, SE3ManiNetConfig};
 pub use scene_frames::SceneFrames;
+pub(crate) use scene_frames::centre_frames;
 pub use se3_transformer::{SE3Transformer, SE3TransformerConfig};

@@ -3,7 +3,7 @@
 use burn::tensor::Device;
 
 use crate::degrees::EdgeFrames;
-use crate::{CloudGraph, EdgeList, NetError, SceneBatch};
+use crate::{CloudGraph, NetError, SceneBatch};
 
 /// The frames of both kinds of edges of a [`SceneBatch`].
 #[derive(Debug, Clone)]
@@ -26,15 +26,21 @@ impl SceneFrames {
         device: &Device,
     ) -> Result<Self, NetError> {
         let graphs: Vec<&CloudGraph> = graphs.into_iter().collect();
-        let displacements = |edges: fn(&CloudGraph) -> &EdgeList| {
-            graphs.iter().flat_map(move |graph| &edges(graph).displacement_m)
-        };
-        let frames = |tensors: &crate::EdgeTensors, edges| {
-            EdgeFrames::new(tensors.clone(), displacements(edges), max_degree, device)
-        };
+        let displacements = graphs.iter().flat_map(|graph| &graph.point_edges.displacement_m);
         Ok(Self {
-            points: frames(&batch.point_edges, |graph| &graph.point_edges)?,
-            centres: frames(&batch.centre_edges, |graph| &graph.centre_edges)?,
+            points: EdgeFrames::new(batch.point_edges.clone(), displacements, max_degree, device)?,
+            centres: centre_frames(batch, &graphs, max_degree, device)?,
         })
     }
+}
+
+/// The frames of the edges among the centres alone.
+pub(crate) fn centre_frames(
+    batch: &SceneBatch,
+    graphs: &[&CloudGraph],
+    max_degree: usize,
+    device: &Device,
+) -> Result<EdgeFrames, NetError> {
+    let displacements = graphs.iter().flat_map(|graph| &graph.centre_edges.displacement_m);
+    EdgeFrames::new(batch.centre_edges.clone(), displacements, max_degree, device)
 }

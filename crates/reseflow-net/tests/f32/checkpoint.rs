@@ -10,7 +10,7 @@ use crate::support::plain::plain;
 use crate::support::trajectory::{Trajectory, predict_one};
 use crate::support::twists::{in_twist_form, numbers, twists};
 use crate::support::weights::{drawn_net, shaken_net};
-use crate::support::{devices, rng, small};
+use crate::support::{devices, of_degree, rng, small};
 
 /// All numbers of a prediction.
 fn flat(trajectory: &Trajectory) -> Vec<f64> {
@@ -19,9 +19,15 @@ fn flat(trajectory: &Trajectory) -> Vec<f64> {
     numbers.chain(&trajectory.scalars).copied().collect()
 }
 
+/// One configuration of each choice.
+fn every_kind() -> [DriftNetConfig; 6] {
+    let [second, third] = [2, 3].map(|degree| of_degree(degree, small()));
+    [DriftNetConfig::default(), small(), in_twist_form(small()), plain(small()), second, third]
+}
+
 #[test]
 fn a_network_read_back_says_the_same_on_every_device() {
-    for config in [DriftNetConfig::default(), small(), in_twist_form(small()), plain(small())] {
+    for config in every_kind() {
         let scene = example(1, &config);
         let say = |net: &DriftNet, device: &Device| match config.decoder.parameterisation {
             Parameterisation::Endpoint => flat(&predict_one(net, &scene, device)),
@@ -57,11 +63,14 @@ fn weights_of_another_size_are_not_taken() {
     let mut other = drawn_net(&wider, &device, &mut rng(64));
     let taken = other.load_from(&mut SafetensorsStore::from_file(&path));
     assert!(taken.is_err(), "{taken:?}");
+    let mut higher = drawn_net(&of_degree(2, small()), &device, &mut rng(64));
+    let taken = higher.load_from(&mut SafetensorsStore::from_file(&path));
+    assert!(taken.is_err(), "{taken:?}");
 }
 
 #[test]
 fn a_configuration_survives_toml() {
-    for config in [DriftNetConfig::default(), small(), in_twist_form(small()), plain(small())] {
+    for config in every_kind() {
         let text = toml::to_string_pretty(&config).expect("the configuration can be written");
         let mut read: DriftNetConfig = toml::from_str(&text).expect("and read");
         // Filled in from the encoder, and not written.
@@ -76,6 +85,7 @@ fn a_configuration_that_chooses_nothing_is_written_as_before_there_were_choices(
     for (key, value, config) in [
         ("parameterisation", "\"twist\"", in_twist_form(DriftNetConfig::default())),
         ("symmetry", "\"none\"", plain(DriftNetConfig::default())),
+        ("max_degree", "3", of_degree(3, DriftNetConfig::default())),
     ] {
         assert!(!written(DriftNetConfig::default()).contains(key), "{key}");
         let chosen = written(config);

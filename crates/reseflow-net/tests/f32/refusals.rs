@@ -17,7 +17,7 @@ use crate::support::{devices, rng, small};
 #[test]
 fn a_size_that_makes_no_sense_is_named() {
     type Spoil = fn(&mut DriftNetConfig);
-    let cases: [(&str, Spoil); 15] = [
+    let cases: [(&str, Spoil); 19] = [
         ("encoder.graph.centres", |config| config.encoder.graph.centres = 0),
         ("encoder.graph.point_neighbors", |config| config.encoder.graph.point_neighbors = 0),
         ("encoder.graph.centre_neighbors", |config| config.encoder.graph.centre_neighbors = 0),
@@ -33,6 +33,10 @@ fn a_size_that_makes_no_sense_is_named() {
         ("encoder.graph.color_m", |config| config.encoder.graph.color_m = -0.1),
         ("encoder.graph.color_m", |config| config.encoder.graph.color_m = f64::NAN),
         ("decoder.pointers", |config| config.decoder.pointers = 5),
+        ("encoder.max_degree", |config| config.encoder.max_degree = 0),
+        ("encoder.max_degree", |config| config.encoder.max_degree = 4),
+        ("encoder.max_degree", |config| (config.encoder.max_degree, config.encoder.layers) = (2, 1)),
+        ("encoder.max_degree", |config| (config.encoder.max_degree, config.encoder.layers) = (3, 0)),
     ];
     for (key, spoil) in cases {
         let mut config = DriftNetConfig::default();

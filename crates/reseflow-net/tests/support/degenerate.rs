@@ -17,7 +17,7 @@ use super::scene::{Cloud, Scene, random_colors};
 use super::trajectory::{Deviation, predict_one};
 use super::weights::{shaken, shaken_net};
 use super::world::World;
-use super::{assert_small, devices, rng, small, values, worse};
+use super::{assert_small, devices, of_degree, rng, small, values, worse};
 
 /// How far a faraway cloud is along each axis, metres.
 const FAR_M: f64 = 10.0;
@@ -53,9 +53,9 @@ pub(crate) fn degenerate_clouds() -> Vec<(&'static str, Vec<[f64; 3]>)> {
 pub(crate) fn degenerate_clouds_give_finite_trajectories_and_gradients() {
     for (name, device) in devices() {
         let tracked = device.clone().autodiff();
-        let config = small();
         for (what, points) in degenerate_clouds() {
             let mut rng = rng(6000);
+            let config = of_degree(1 + points.len() % 3, small());
             let net = shaken_net(&config, &tracked, &mut rng);
             let colors = random_colors(points.len(), &mut rng);
             let clouds = vec![Cloud { points, colors }; config.decoder.frames];

@@ -10,7 +10,7 @@ use super::scene::{Cloud, Scene};
 use super::trajectory::{Deviation, encode, predict, predict_one};
 use super::weights::{drawn_net, shaken_net};
 use super::world::World;
-use super::{assert_caught, assert_small, devices, rng, small, values, worse, worst_difference};
+use super::{assert_caught, assert_small, devices, of_degree, rng, small, values, worse, worst_difference};
 
 /// How far off a control must be to count as caught.
 const CAUGHT: f64 = 1e-3;
@@ -86,10 +86,25 @@ pub(crate) fn net_deviation(
     worst
 }
 
+/// Higher degrees are made in the first layer, go through two, and are used up in the last.
+fn deep() -> DriftNetConfig {
+    let mut config = small();
+    config.encoder.layers = 4;
+    config
+}
+
 /// Default and small sizes; scenes, weights and worlds differ each time.
 pub(crate) fn a_moved_scene_gives_a_moved_trajectory(tolerance: f64) {
     for (name, device) in devices() {
-        for (net, config, scenes) in [("default", DriftNetConfig::default(), 24), ("small", small(), 40)] {
+        for (net, config, scenes) in [
+            ("default", DriftNetConfig::default(), 24),
+            ("small", small(), 40),
+            ("default 0–2", of_degree(2, DriftNetConfig::default()), 4),
+            ("default 0–3", of_degree(3, DriftNetConfig::default()), 4),
+            ("small 0–2", of_degree(2, small()), 20),
+            ("small 0–3", of_degree(3, small()), 20),
+            ("small 0–3 in four layers", of_degree(3, deep()), 6),
+        ] {
             let worst = net_deviation(&device, &config, scenes, |scene| scene);
             let what = |part: &str| format!("{name} {net} net, {part}");
             assert_small(&what("positions, m"), worst.position_m, tolerance);
@@ -106,7 +121,7 @@ pub(crate) fn a_scene_that_is_not_moved_rigidly_is_caught() {
     for (name, device) in devices() {
         for index in 0..6 {
             let mut rng = rng(3000 + index);
-            let config = small();
+            let config = if index < 3 { small() } else { of_degree(index as usize / 2 + 1, small()) };
             let net = shaken_net(&config, &device, &mut rng);
             let scene = example(index, &config);
             let still = predict_one(&net, &scene, &device);
@@ -140,7 +155,7 @@ pub(crate) fn the_order_of_the_points_does_not_matter(tolerance: f64) {
         let (mut nodes, mut trajectories) = (0.0, 0.0);
         for index in 0..10 {
             let mut rng = rng(4000 + index);
-            let config = small();
+            let config = of_degree(1 + index as usize % 3, small());
             let net = shaken_net(&config, &device, &mut rng);
             let scene = example(index, &config);
             let shuffled = Scene {
@@ -177,7 +192,7 @@ pub(crate) fn the_order_of_the_points_does_not_matter(tolerance: f64) {
 pub(crate) fn scenes_of_one_batch_do_not_see_each_other(tolerance: f64) {
     for (name, device) in devices() {
         let mut rng = rng(5000);
-        let config = small();
+        let config = of_degree(3, small());
         let net = shaken_net(&config, &device, &mut rng);
         let scenes: Vec<_> =
             [40, 100, 7, 1, 64].map(|count| Scene::in_a_box(count, &config.decoder, &mut rng)).to_vec();
@@ -196,8 +211,14 @@ pub(crate) fn scenes_of_one_batch_do_not_see_each_other(tolerance: f64) {
 pub(crate) fn every_parameter_receives_a_gradient() {
     for (name, device) in devices() {
         let tracked = device.clone().autodiff();
-        let sizes =
-            [("default", DriftNetConfig::default()), ("small", small()), ("small and plain", plain(small()))];
+        let sizes = [
+            ("default", DriftNetConfig::default()),
+            ("default 0–2", of_degree(2, DriftNetConfig::default())),
+            ("default 0–3", of_degree(3, DriftNetConfig::default())),
+            ("small", small()),
+            ("small 0–3 in four layers", of_degree(3, deep())),
+            ("small and plain", plain(small())),
+        ];
         for (size, config) in sizes {
             // As drawn, without noise on the biases: training must be able to start from there.
             let net = drawn_net(&config, &tracked, &mut rng(7000));

@@ -91,6 +91,12 @@ pub(crate) fn assert_caught(what: &str, error: f64, threshold: f64) {
     assert!(error > threshold, "{what}: off by {error:e} only, the check cannot tell");
 }
 
+/// `config` with features up to this degree.
+pub(crate) fn of_degree(max_degree: usize, mut config: DriftNetConfig) -> DriftNetConfig {
+    config.encoder.max_degree = max_degree;
+    config
+}
+
 /// A network small enough to be evaluated hundreds of times, with three of what the default has two or four of.
 pub(crate) fn small() -> DriftNetConfig {
     DriftNetConfig {

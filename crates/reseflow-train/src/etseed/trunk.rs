@@ -9,8 +9,8 @@ use burn::tensor::{Device, Tensor, TensorData};
 use rand::Rng;
 use reseflow_net::init::{linear, normal};
 use reseflow_net::{
-    DriftNetConfig, EncodedScenes, Encoder, Features, Interaction, InteractionConfig, InvariantAttention,
-    InvariantAttentionConfig, NetError, RadialBasis, SceneBatch,
+    DriftNetConfig, EncodedScenes, Encoder, EncoderConfig, Features, Interaction, InteractionConfig,
+    InvariantAttention, InvariantAttentionConfig, NetError,
 };
 
 use super::input::{KernelInput, OFFSET_SCALE_M, POSE_NUMBERS, SceneView, pose_numbers};
@@ -40,7 +40,7 @@ pub(super) struct Trunk {
     #[module(skip)]
     frames: usize,
     #[module(skip)]
-    radial: [RadialBasis; 2],
+    encoder_config: EncoderConfig,
 }
 
 /// B encoded scenes as one kernel sees them.
@@ -79,7 +79,7 @@ impl Trunk {
             self_attention: (0..decoder.layers).map(|_| to_self.init(device, rng)).collect(),
             node_attention: (0..decoder.layers).map(|_| to_nodes.init(device, rng)).collect(),
             frames: decoder.frames,
-            radial: [encoder.point_radial, encoder.centre_radial],
+            encoder_config: encoder.clone(),
         })
     }
 
@@ -95,8 +95,7 @@ impl Trunk {
         for frame in 0..self.frames {
             let grippers: Vec<_> = views.iter().map(|view| view.state(frame)).collect();
             let graphs = views.iter().map(|view| &view.graphs[frame]);
-            let [points, centres] = &self.radial;
-            let batch = SceneBatch::collate(graphs, &grippers, points, centres, device)?;
+            let batch = self.encoder_config.collate(graphs, &grippers, device)?;
             let encoded = self.encoder.forward(&batch);
             let (of_frame, with_position) = self.read(&encoded, views, &axes, frame, device);
             let [rows, width] = of_frame.dims();

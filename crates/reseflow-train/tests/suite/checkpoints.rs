@@ -1,6 +1,7 @@
 //! What was trained is what is loaded.
 
 use reseflow_data::{ObservationHistory, Policy, Split};
+use reseflow_net::Symmetry;
 use reseflow_train::{
     CheckpointConfig, DeviceKind, FlowPolicy, ModelConfig, PolicyKind, TrainConfig, read_kind,
 };
@@ -10,11 +11,29 @@ use crate::support::{Shelf, contents, demonstrations, histories, mean_d_geo, tin
 /// The trainer validates the weights that it holds in memory, so the file must score the same to the last bit.
 #[test]
 fn a_loaded_policy_predicts_what_the_trained_one_did() {
+    reads_back_what_was_trained(&tiny_model());
+}
+
+#[test]
+fn a_loaded_policy_of_higher_degrees_predicts_what_the_trained_one_did() {
+    let mut model = tiny_model();
+    (model.network.encoder.layers, model.network.encoder.max_degree) = (2, 2);
+    reads_back_what_was_trained(&model);
+}
+
+#[test]
+fn a_loaded_policy_without_symmetry_predicts_what_the_trained_one_did() {
+    let mut model = tiny_model();
+    model.network.symmetry = Symmetry::None;
+    reads_back_what_was_trained(&model);
+}
+
+fn reads_back_what_was_trained(model: &ModelConfig) {
     let shelf = Shelf::new();
     let data = demonstrations(Split::Train, 2);
     let held_out = demonstrations(Split::Validation, 3);
     let config = TrainConfig { ema_decay: 0.9, ..tiny_training(15) };
-    let (summary, _) = shelf.train("policy", &config, &data, Some(&held_out)).unwrap();
+    let (summary, _) = shelf.train_model("policy", model, &config, &data, Some(&held_out)).unwrap();
     let policy = shelf.policy("policy");
     let seen = histories(&held_out, 0);
     let drawn = policy.predict(&seen, &[3407], 1).unwrap();
@@ -22,10 +41,10 @@ fn a_loaded_policy_predicts_what_the_trained_one_did() {
 
     let text = contents(&shelf.path("policy"))["config.toml"].clone();
     let kept: CheckpointConfig<ModelConfig> = toml::from_str(std::str::from_utf8(&text).unwrap()).unwrap();
-    assert_eq!((kept.kind, kept.model, kept.train), (PolicyKind::Flow, tiny_model(), Some(config)));
+    assert_eq!((kept.kind, kept.model, kept.train), (PolicyKind::Flow, model.clone(), Some(config)));
 
     // A checkpoint that says no kind is a flow's, and its whole configuration is the model's.
-    let old = toml::to_string(&tiny_model()).unwrap();
+    let old = toml::to_string(model).unwrap();
     std::fs::write(shelf.path("policy").join("config.toml"), old).unwrap();
     assert_eq!(shelf.policy("policy").predict(&seen, &[3407], 1).unwrap(), drawn);
     assert_eq!(read_kind(&shelf.path("policy")).unwrap(), (PolicyKind::Flow, None));

@@ -6,6 +6,8 @@
 mod bench;
 mod ci;
 mod demo;
+mod jobs;
+mod pretrain;
 mod process;
 mod reproduce;
 mod test_runner;
@@ -39,6 +41,7 @@ enum Command {
     Tidy(tidy::Args),
     Bench(bench::Args),
     Reproduce(reproduce::Args),
+    Pretrain(pretrain::Args),
 }
 
 fn main() -> ExitCode {
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
         Command::Tidy(args) => tidy::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Reproduce(args) => reproduce::run(&args),
+        Command::Pretrain(args) => pretrain::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

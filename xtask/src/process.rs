@@ -44,6 +44,13 @@ pub(crate) fn cargo<S: AsRef<str>>(arguments: impl IntoIterator<Item = S>) -> Co
     command
 }
 
+/// `reseflow` with these words, in release.
+pub(crate) fn reseflow(words: &[String]) -> Command {
+    let mut command = cargo(["run", "--quiet", "--release", "--locked", "--package", "reseflow", "--"]);
+    command.args(words);
+    command
+}
+
 /// Whether `cargo <subcommand>` exists here.
 pub(crate) fn has_cargo_tool(subcommand: &str) -> bool {
     let mut probe = cargo([subcommand, "--version"]);

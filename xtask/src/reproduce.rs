@@ -3,22 +3,17 @@
 //! What runs stands in `configs/reproduce.toml`. Each experiment is a `reseflow run`, which skips what it has done before and goes on
 //! with an interrupted training, so this may be interrupted and called again at any time.
 
-mod jobs;
 mod plan;
 
 use std::num::NonZeroUsize;
-use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::Result;
 
-use crate::process::{self, Failure, cargo, say};
+use crate::jobs::{self, Job, clock, default_width};
+use crate::process::{self, Failure, cargo, reseflow, say};
 use crate::workspace;
-use jobs::Job;
 use plan::{Experiment, Pipeline, Plan};
-
-/// Experiments side by side where nobody says how many.
-const MOST_JOBS: usize = 8;
 
 /// Where the plan is.
 const PLAN: &str = "configs/reproduce.toml";
@@ -68,14 +63,13 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         &mut cargo(["build", "--release", "--locked", "--package", "reseflow"]),
     )?;
     let started = Instant::now();
-    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
-    let width = args.jobs.map_or(cores.min(MOST_JOBS), NonZeroUsize::get);
+    let width = args.jobs.map_or_else(default_width, NonZeroUsize::get);
     let jobs = experiments.iter().map(|experiment| Job {
         name: experiment.name.clone(),
         command: reseflow(&plan.words(experiment)),
         log: workspace::root().join(plan.folder(&format!("{}.log", experiment.name))),
     });
-    let failed = jobs::run(jobs.collect(), width)?;
+    let failed = jobs::run("reproduce", jobs.collect(), width)?;
     let done: Vec<&Experiment> =
         experiments.iter().copied().filter(|experiment| !failed.contains(&experiment.name)).collect();
     if !done.is_empty() {
@@ -90,12 +84,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     say(&format!("reproduce: all done in {}", clock(started.elapsed())));
     Ok(())
-}
-
-fn reseflow(words: &[String]) -> Command {
-    let mut command = cargo(["run", "--quiet", "--release", "--locked", "--package", "reseflow", "--"]);
-    command.args(words);
-    command
 }
 
 /// The words of the call that makes the report.
@@ -117,11 +105,6 @@ fn quoted(word: &str) -> String {
     if plain { word.to_owned() } else { format!("'{word}'") }
 }
 
-fn clock(time: Duration) -> String {
-    let secs = time.as_secs();
-    format!("{} h {:02} min {:02} s", secs / 3600, secs / 60 % 60, secs % 60)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,6 +113,5 @@ mod tests {
     fn what_is_printed_can_be_typed() {
         assert_eq!(quoted("data.train_episodes=10"), "data.train_episodes=10");
         assert_eq!(quoted("eval.splits=[\"test\"]"), "'eval.splits=[\"test\"]'");
-        assert_eq!(clock(Duration::from_secs(3723)), "1 h 02 min 03 s");
     }
 }

@@ -1,0 +1,212 @@
+//! `cargo xtask pretrain`: trains the policies that ship with the program and puts them where they are found by name.
+//!
+//! What is trained stands in `configs/pretrained/`, one configuration for each task. A policy's folder under `assets/pretrained` gets the
+//! weights and their configuration; beside the policies lie the run's resolved configuration and a card with the figures.
+
+use std::fs;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Value, json};
+
+use crate::jobs::{self, Job, default_width};
+use crate::process::{self, Failure, cargo, reseflow, say};
+use crate::workspace;
+
+/// The configurations.
+const CONFIGS: &str = "configs/pretrained";
+/// The runs, of which the policies are taken.
+const RUNS: &str = "runs/pretrained";
+/// Where the policies are found by name.
+const POLICIES: &str = "assets/pretrained";
+/// The largest weights that may ship, bytes.
+const LARGEST: u64 = 4 << 20;
+/// A run's checkpoints and the names of the policies.
+const KINDS: [(&str, &str, &str); 3] = [
+    ("checkpoint", "flow1", "eval.json"),
+    ("checkpoint-2", "flow2", "eval-2.json"),
+    ("checkpoint-baseline", "etseed", "eval-baseline.json"),
+];
+
+/// Train the policies that ship with the program and install them in assets/pretrained; resumable.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    cargo xtask pretrain                 every task, some side by side; about two hours on two cores\n  \
+    cargo xtask pretrain --task door     one of them")]
+pub(crate) struct Args {
+    /// The task; all unless said
+    #[arg(long, value_name = "TASK")]
+    task: Vec<String>,
+    /// How many trainings run side by side; as many as there are processor cores, up to eight, unless said
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+}
+
+/// Builds in release, trains, and installs what was trained.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let root = workspace::root();
+    let tasks = tasks(&root.join(CONFIGS))?;
+    if let Some(unknown) = args.task.iter().find(|task| !tasks.contains(task)) {
+        bail!("there is no {CONFIGS}/{unknown}.toml, expected one of {}", tasks.join(", "));
+    }
+    let wanted: Vec<&String> =
+        tasks.iter().filter(|task| args.task.is_empty() || args.task.contains(task)).collect();
+    say("pretrain: building reseflow in release (a first build takes several minutes)");
+    process::run(
+        "the build of reseflow",
+        &mut cargo(["build", "--release", "--locked", "--package", "reseflow"]),
+    )?;
+    let jobs = wanted.iter().map(|task| Job {
+        name: (*task).clone(),
+        command: reseflow(&["run".to_owned(), format!("{CONFIGS}/{task}.toml")]),
+        log: root.join(format!("{RUNS}/{task}.log")),
+    });
+    let failed =
+        jobs::run("pretrain", jobs.collect(), args.jobs.map_or_else(default_width, NonZeroUsize::get))?;
+    for task in wanted.iter().filter(|task| !failed.contains(task)) {
+        install(task, &root.join(RUNS).join(task), &root.join(POLICIES).join(task))?;
+        say(&format!("pretrain: {POLICIES}/{task} is installed"));
+    }
+    match failed.as_slice() {
+        [] => Ok(()),
+        failed => Err(Failure::new(format!(
+            "not trained: {}; the same command again goes on from what is done",
+            failed.join(", ")
+        ))
+        .into()),
+    }
+}
+
+/// The tasks that have a configuration, sorted.
+fn tasks(folder: &Path) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|ending| ending == "toml") {
+            names.extend(path.file_stem().map(|stem| stem.to_string_lossy().into_owned()));
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// Copies the policies of a finished run into `target`, whole or not at all.
+fn install(task: &str, run: &Path, target: &Path) -> Result<()> {
+    let aside = target.with_extension("partial");
+    if aside.exists() {
+        fs::remove_dir_all(&aside).with_context(|| aside.display().to_string())?;
+    }
+    let mut policies = serde_json::Map::new();
+    for (checkpoint, name, scores) in KINDS {
+        let (from, to) = (run.join(checkpoint), aside.join(name));
+        fs::create_dir_all(&to).with_context(|| to.display().to_string())?;
+        for file in ["config.toml", "model.safetensors"] {
+            copy(&from.join(file), &to.join(file))?;
+        }
+        let weights = to.join("model.safetensors");
+        let bytes = weights.metadata()?.len();
+        if bytes > LARGEST {
+            bail!("{} has {bytes} bytes, at most {LARGEST} may ship", weights.display());
+        }
+        policies.insert(name.to_owned(), scored(&read(&run.join(scores))?));
+    }
+    copy(&run.join("config.toml"), &aside.join("run.toml"))?;
+    let (eval, summary) = (read(&run.join("eval.json"))?, read(&run.join("summary.json"))?);
+    let card = json!({
+        "task": task,
+        "command": format!("cargo xtask pretrain --task {task}"),
+        "commit": eval["provenance"]["commit"],
+        "demonstrations": summary["config"]["data"]["train_episodes"],
+        "seed": summary["config"]["train"]["seed"],
+        "training_secs": stages(&summary),
+        "test_episodes": eval["episodes"],
+        "noise_seeds": summary["eval_seeds"],
+        "policies": policies,
+        "rollouts_of_flow2": summary["series"],
+    });
+    let text = serde_json::to_string_pretty(&card)? + "\n";
+    fs::write(aside.join("card.json"), text).with_context(|| aside.display().to_string())?;
+    if target.exists() {
+        fs::remove_dir_all(target).with_context(|| target.display().to_string())?;
+    }
+    fs::rename(&aside, target).with_context(|| target.display().to_string())
+}
+
+/// What a policy reached, for every number of steps.
+fn scored(eval: &Value) -> Value {
+    let rows = eval["rows"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let keys =
+        ["steps", "d_geo_mean", "d_geo_std", "d_geo_low", "d_geo_high", "rotation_rad", "translation_m"];
+    let row = |row: &Value| keys.map(|key| (key.to_owned(), row[key].clone())).into_iter().collect::<Value>();
+    json!({ "episodes": eval["episodes"], "scores": rows.iter().map(row).collect::<Vec<_>>() })
+}
+
+/// The seconds of the stages that train.
+fn stages(summary: &Value) -> Value {
+    let stages = summary["stages"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let named = stages.iter().filter_map(|stage| Some((stage["name"].as_str()?, stage["secs"].as_f64()?)));
+    let trained = named.filter(|(name, _)| name.starts_with("train") || name.starts_with("pairs"));
+    trained.map(|(name, secs)| (name.to_owned(), Value::from(secs.round()))).collect()
+}
+
+fn read(path: &PathBuf) -> Result<Value> {
+    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}
+
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    fs::copy(from, to).with_context(|| from.display().to_string()).map(drop)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_task_of_the_paper_has_a_configuration() {
+        let tasks = tasks(&workspace::root().join(CONFIGS)).unwrap();
+        assert_eq!(tasks, ["door", "painting", "triangle"]);
+    }
+
+    #[test]
+    fn a_finished_run_is_installed_whole_and_an_unfinished_one_changes_nothing() {
+        let folder = std::env::temp_dir().join(format!("reseflow-pretrain-{}", std::process::id()));
+        let (run, target) = (folder.join("run"), folder.join("assets/door"));
+        let eval = json!({
+            "episodes": 100, "provenance": { "commit": "abc" },
+            "rows": [{ "steps": 1, "d_geo_mean": 0.02, "per_action_mean": [0.1] }],
+        });
+        let summary = json!({
+            "eval_seeds": 10, "series": [{ "name": "rollout", "successes": 99 }],
+            "config": { "data": { "train_episodes": 3000 }, "train": { "seed": 1 } },
+            "stages": [{ "name": "train", "secs": 12.4 }, { "name": "eval", "secs": 1.0 }],
+        });
+        for (checkpoint, _, scores) in KINDS {
+            fs::create_dir_all(run.join(checkpoint)).unwrap();
+            fs::write(run.join(checkpoint).join("config.toml"), "kind = \"flow\"").unwrap();
+            fs::write(run.join(checkpoint).join("model.safetensors"), checkpoint).unwrap();
+            fs::write(run.join(scores), eval.to_string()).unwrap();
+        }
+        fs::write(run.join("config.toml"), "name = \"door\"").unwrap();
+        fs::write(run.join("summary.json"), summary.to_string()).unwrap();
+
+        install("door", &run, &target).unwrap();
+        assert_eq!(
+            fs::read_to_string(target.join("etseed/model.safetensors")).unwrap(),
+            "checkpoint-baseline"
+        );
+        let card = read(&target.join("card.json")).unwrap();
+        assert_eq!((&card["commit"], &card["demonstrations"]), (&json!("abc"), &json!(3000)));
+        assert_eq!(card["noise_seeds"], 10);
+        assert_eq!(card["training_secs"], json!({ "train": 12.0 }));
+        assert_eq!(card["policies"]["flow2"]["scores"][0]["d_geo_mean"], 0.02);
+        assert_eq!(card["policies"]["flow2"]["scores"][0].get("per_action_mean"), None);
+
+        fs::write(run.join("checkpoint/model.safetensors"), "other").unwrap();
+        fs::remove_file(run.join("eval-2.json")).unwrap();
+        assert!(install("door", &run, &target).is_err());
+        assert_eq!(fs::read_to_string(target.join("flow1/model.safetensors")).unwrap(), "checkpoint");
+        fs::remove_dir_all(folder).unwrap();
+    }
+}

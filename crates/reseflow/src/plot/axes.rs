@@ -1,6 +1,6 @@
 //! A rectangle with axes: where numbers stand in it, its ticks and its grid.
 
-use super::picture::{GREY, GRID, INK, Lettering, Picture, Stroke};
+use super::picture::{GREY, GRID, INK, Lettering, Picture, Stroke, text_width};
 
 /// Size of tick labels.
 pub const TICK_SIZE: f64 = 14.0;
@@ -99,7 +99,7 @@ impl Frame {
         for (value, text) in self.x.ticks() {
             let x = self.place((*value, self.y.low)).0;
             picture.line([(x, top), (x, bottom)], grid);
-            let half = 0.5 * super::picture::text_width(text, TICK_SIZE);
+            let half = 0.5 * text_width(text, TICK_SIZE);
             if x - half > last + 3.0 {
                 picture.text((x, bottom + 13.0), text, tick);
                 last = x + half;
@@ -117,7 +117,9 @@ impl Frame {
         picture.line([(left, top), (left, bottom), (right, bottom)], Stroke::solid(INK, 1.0));
         let label = Lettering::sized(LABEL_SIZE);
         picture.text((left + 0.5 * width, bottom + 33.0), &self.x.label, label);
-        picture.text((left - 48.0, top + 0.5 * height), &self.y.label, label.turned());
+        let widths = self.y.ticks().iter().map(|(_, text)| text_width(text, TICK_SIZE));
+        let clear = widths.fold(30.0, f64::max) + 18.0;
+        picture.text((left - clear, top + 0.5 * height), &self.y.label, label.turned());
     }
 }
 

@@ -34,6 +34,7 @@ pub fn d_geo_against_steps(
         label: "policy (band: ± 1 std over seeds)".to_owned(),
         points: rows.iter().map(|(steps, scores)| (*steps as f64, scores.d_geo_mean)).collect(),
         half_band: Some(rows.iter().map(|(_, scores)| scores.d_geo_std.unwrap_or(0.0)).collect()),
+        names: None,
         look: Look { dash: Dash::Solid, ..Look::policy(0) },
     };
     let steps = || rows.iter().map(|(steps, _)| *steps as f64);
@@ -42,6 +43,7 @@ pub fn d_geo_against_steps(
         label: predictor.label.to_owned(),
         points: [first, last].map(|steps| (steps, predictor.scores.d_geo_mean)).to_vec(),
         half_band: None,
+        names: None,
         look: Look::reference(index),
     };
     LinePlot {
@@ -65,6 +67,7 @@ pub fn per_action_error(
         label: predictor.label.to_owned(),
         points: (1..).map(f64::from).zip(predictor.scores.per_action_mean.iter().copied()).collect(),
         half_band: None,
+        names: None,
         look,
     };
     LinePlot {
@@ -87,7 +90,13 @@ pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePl
     let series = |index: usize, label: &str, points: &[(f64, f64)]| {
         let positive = |&(_, value): &(f64, f64)| value > 0.0 && value.is_finite();
         let points: Vec<(f64, f64)> = points.iter().copied().filter(positive).collect();
-        Series { label: label.to_owned(), points: binned(&points), half_band: None, look: Look::curve(index) }
+        Series {
+            label: label.to_owned(),
+            points: binned(&points),
+            half_band: None,
+            names: None,
+            look: Look::curve(index),
+        }
     };
     LinePlot {
         title: title.to_owned(),

@@ -3,7 +3,8 @@
 use image::RgbImage;
 
 use super::PlotError;
-use super::axes::{Axis, Frame, Scale};
+use super::axes::{Axis, Frame, Scale, TICK_SIZE};
+use super::labels::beside;
 use super::look::Look;
 use super::picture::{INK, Lettering, Picture, text_width};
 
@@ -28,6 +29,8 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// The half-width of a band around it, one for each point.
     pub half_band: Option<Vec<f64>>,
+    /// What is written beside each point.
+    pub names: Option<Vec<String>>,
     /// What tells it from the others.
     pub look: Look,
 }
@@ -127,6 +130,24 @@ impl LinePlot {
             if let Some(marker) = series.look.marker.or(alone) {
                 places.iter().for_each(|&place| picture.marker(place, marker, series.look.ink, 4.5));
             }
+        }
+        self.paint_names(picture, frame);
+    }
+
+    /// The names of points, clear of all points.
+    fn paint_names(&self, picture: &mut Picture, frame: &Frame) {
+        let points = || self.series.iter().flat_map(|series| &series.points);
+        let markers: Vec<_> = points().map(|&point| frame.place(point)).collect();
+        let named = self.series.iter().flat_map(|series| {
+            let names = series.names.iter().flatten();
+            series.points.iter().zip(names).map(|(&point, name)| (frame.place(point), name, series.look.ink))
+        });
+        let named: Vec<_> = named.collect();
+        let wanted: Vec<_> =
+            named.iter().map(|(place, name, _)| (*place, text_width(name, TICK_SIZE))).collect();
+        for ((_, name, ink), place) in named.iter().zip(beside(&wanted, &markers, (frame.corner, frame.size)))
+        {
+            picture.text(place, *name, Lettering::sized(TICK_SIZE).ink(*ink));
         }
     }
 }
@@ -247,7 +268,13 @@ mod tests {
             x_scale: Scale::Log,
             y_scale: Scale::Linear,
             x_ticks: None,
-            series: vec![Series { label: "a".to_owned(), half_band: None, points, look: Look::curve(0) }],
+            series: vec![Series {
+                label: "a".to_owned(),
+                half_band: None,
+                names: None,
+                points,
+                look: Look::curve(0),
+            }],
         }
     }
 

@@ -4,6 +4,7 @@ mod axes;
 mod curves;
 mod film;
 mod font;
+mod labels;
 mod line_plot;
 mod look;
 mod picture;

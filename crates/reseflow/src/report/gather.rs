@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::error::bad_input;
 use crate::evaluation::{EvalReport, SamplersReport};
 use crate::learners::Learner;
+use crate::provenance::Provenance;
 use crate::rollouts::RolloutReport;
 
 /// A policy's scores on recorded episodes.
@@ -33,6 +34,8 @@ pub(super) struct Run {
     pub(super) task: String,
     /// Training demonstrations, where the configuration says.
     pub(super) demonstrations: Option<usize>,
+    /// The seed of Flow 1's training, where a configuration says.
+    pub(super) training_seed: Option<u64>,
     /// The resolved configuration as it stands in its file.
     pub(super) config: Option<String>,
     pub(super) evals: Vec<Eval>,
@@ -114,11 +117,20 @@ impl Run {
             Some(_) => None,
             None => settings.get("data").and_then(|data| data.get("train_episodes")),
         };
+        // Their checkpoints know the seed.
+        let first = evals.iter().find(|eval| eval.learner == Learner::Flow(1));
+        let training_seed = match settings.get("pretrained") {
+            Some(_) => first.and_then(|eval| eval.report.config["train"]["seed"].as_u64()),
+            None => {
+                settings.get("train").and_then(|train| u64::try_from(train.get("seed")?.as_integer()?).ok())
+            }
+        };
         let mut run = Self {
             folder: folder.to_owned(),
             name: word("name").or(file_name).unwrap_or_else(|| "run".to_owned()),
             task: word("task").or(told).unwrap_or_else(|| "unknown task".to_owned()),
             demonstrations: demonstrations.and_then(|count| usize::try_from(count.as_integer()?).ok()),
+            training_seed,
             config,
             evals,
             acting,
@@ -134,6 +146,12 @@ impl Run {
     pub(super) fn on_test(&self, learner: Learner) -> Option<&EvalReport> {
         let found = self.evals.iter().find(|eval| eval.learner == learner && eval.split == "test");
         found.map(|eval| &eval.report)
+    }
+
+    /// What scored it.
+    pub(super) fn provenance(&self) -> Option<&Provenance> {
+        let eval = self.evals.first().map(|eval| &eval.report.provenance);
+        eval.or(self.acting.first().map(|acting| &acting.report.provenance))
     }
 
     /// Whether episodes have two experts, so that the distance to one of them says little.

@@ -28,7 +28,8 @@ pub(super) fn render(title: &str, blocks: &[Block]) -> String {
     text
 }
 
-fn rows(table: &Table) -> String {
+/// A table: its caption, then its rows.
+pub(super) fn rows(table: &Table) -> String {
     let line = |cells: &[String]| {
         let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
         format!("| {} |\n", cells.join(" | "))

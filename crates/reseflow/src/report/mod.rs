@@ -1,4 +1,5 @@
-//! Finished runs as one report: an HTML file that needs nothing else, the same tables as Markdown, and every figure as SVG and PNG.
+//! Finished runs as one report: an HTML file that needs nothing else, the same tables as Markdown, every figure as SVG and PNG, and the
+//! figures that README.md shows, for machines.
 
 mod document;
 mod figures;
@@ -6,7 +7,12 @@ mod gather;
 mod html;
 mod markdown;
 mod paper;
+mod pooling;
+#[cfg(test)]
+mod readme;
+mod results;
 mod study;
+mod summary;
 mod tables;
 mod texts;
 
@@ -19,6 +25,7 @@ use crate::error::bad_input;
 use crate::output::{OutputFile, OutputFolder, Terminal};
 use document::Block;
 use gather::Run;
+use results::Results;
 use study::Study;
 
 const TITLE: &str = "ReSeFlow: the paper's benchmark, run here";
@@ -30,6 +37,10 @@ pub struct ReportSummary {
     pub html: PathBuf,
     /// The tables as Markdown.
     pub markdown: PathBuf,
+    /// The figures for machines, as JSON.
+    pub results: PathBuf,
+    /// README.md's table.
+    pub summary: PathBuf,
     /// The figures' files, SVG and PNG.
     pub figures: Vec<PathBuf>,
     /// Runs that it is about.
@@ -61,7 +72,8 @@ pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> any
         }
     }
     let study = Study::new(runs);
-    let blocks = blocks(&study, terminal)?;
+    let results = Results::of(&study);
+    let blocks = blocks(&study, &results, terminal)?;
     let page = html::render(TITLE, &blocks)?;
     let text = markdown::render(TITLE, &blocks);
     let mut drawn = Vec::new();
@@ -76,6 +88,9 @@ pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> any
     let (html, markdown) = (folder.join("report.html"), folder.join("report.md"));
     OutputFile::claim(&html)?.write(page.as_bytes())?;
     OutputFile::claim(&markdown)?.write(text.as_bytes())?;
+    let (results_file, summary) = (folder.join("results.json"), folder.join("results.md"));
+    OutputFile::claim(&results_file)?.write_json(&results)?;
+    OutputFile::claim(&summary)?.write(summary::markdown(&results).as_bytes())?;
     let mut files = Vec::new();
     for (name, bytes) in drawn {
         let path = figures.join(name);
@@ -89,6 +104,8 @@ pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> any
     Ok(ReportSummary {
         html,
         markdown,
+        results: results_file,
+        summary,
         figures: files,
         runs: study.runs.iter().map(|run| run.name.clone()).collect(),
         left_out: absent.collect(),
@@ -96,10 +113,17 @@ pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> any
 }
 
 /// The report, from top to bottom.
-fn blocks(study: &Study, terminal: &Terminal) -> anyhow::Result<Vec<Block>> {
+fn blocks(study: &Study, results: &Results, terminal: &Terminal) -> anyhow::Result<Vec<Block>> {
     let section = |title: &str| Block::Section(title.to_owned());
     let mut blocks = texts::opening(study);
     blocks.extend(study.runs.iter().flat_map(|run| &run.missing).map(Block::absent));
+
+    blocks.push(section("In short"));
+    blocks.push(figures::overview::chart(results)?);
+    blocks.push(
+        summary::table(results)
+            .or_absent("the summary: no task with a single expert was scored on the test split."),
+    );
 
     blocks.push(section("The paper's numbers beside ours"));
     blocks.push(tables::beside_the_paper(study));
@@ -117,6 +141,7 @@ fn blocks(study: &Study, terminal: &Terminal) -> anyhow::Result<Vec<Block>> {
     blocks.push(section("Every score"));
     blocks.push(Block::text(texts::SCORES));
     blocks.extend(tables::scores(study));
+    blocks.extend(tables::over_training_seeds(study));
 
     blocks.push(section("Acting in the simulator"));
     blocks.push(tables::closed_loop(study));
@@ -137,6 +162,7 @@ fn blocks(study: &Study, terminal: &Terminal) -> anyhow::Result<Vec<Block>> {
     blocks.push(tables::stages(study));
 
     blocks.push(section("Latency"));
+    blocks.extend(figures::over_time(study)?);
     blocks.push(tables::latency(study));
 
     blocks.push(section("Where the figures come from"));

@@ -1,6 +1,7 @@
 //! What the paper reports, each number with the place where it stands.
 
 use crate::learners::Learner;
+use crate::metrics::mean;
 
 /// A task of the paper.
 #[derive(Debug)]
@@ -58,6 +59,12 @@ pub(super) fn of_task(task: &str) -> Option<&'static PaperTask> {
 }
 
 impl PaperTask {
+    /// The number that one of its texts tells; of a range, the middle.
+    pub(super) fn number(text: &str) -> Option<f64> {
+        let ends = text.trim_start_matches("≈ ").split('–').map(|end| end.parse().ok());
+        mean(&ends.collect::<Option<Vec<f64>>>()?)
+    }
+
     /// What Table I says of a policy.
     pub(super) fn in_table(&self, learner: Learner) -> Option<f64> {
         match learner {
@@ -71,6 +78,13 @@ impl PaperTask {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn texts_are_read_as_numbers() {
+        assert_eq!(["≈ 2.33", "0.67", "–"].map(PaperTask::number), [Some(2.33), Some(0.67), None]);
+        let middle = PaperTask::number("1.59–1.61").unwrap();
+        assert!((middle - 1.6).abs() < 1e-12, "{middle}");
+    }
 
     /// The abstract's claims follow from the numbers that the text gives: 48.5 % on painting, 21.9 % on the triangle.
     #[test]

@@ -11,6 +11,7 @@ mod recording;
 mod references;
 mod reflow;
 mod report;
+mod report_results;
 mod resume;
 mod shipped;
 mod splits;

@@ -4,6 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
+use crate::report_results::check_results;
 use crate::support::{Bench, TINY};
 
 /// A finished tiny run with two flows, a baseline and a regressor in `runs/tiny`.
@@ -18,7 +19,7 @@ fn finished_run() -> Bench {
 }
 
 /// The cells of every table row of a Markdown text, split at the first column's name.
-fn rows(text: &str) -> Vec<Vec<&str>> {
+pub(crate) fn rows(text: &str) -> Vec<Vec<&str>> {
     let lines = text.lines().filter(|line| line.starts_with('|'));
     lines.map(|line| line.trim_matches('|').split('|').map(str::trim).collect()).collect()
 }
@@ -49,7 +50,7 @@ fn a_report_of_a_run_says_what_its_results_say() {
             && !html.contains("<script")
             && !html.contains("<img")
     );
-    assert!(html.matches("<svg ").count() >= 7, "figures are missing from the page");
+    assert!(html.matches("<svg ").count() >= 10, "figures are missing from the page");
     for file in summary["figures"].as_array().unwrap() {
         let name = file.as_str().unwrap();
         let bytes = bench.bytes(name);
@@ -67,6 +68,9 @@ fn a_report_of_a_run_says_what_its_results_say() {
         "heat-map-",
         "actions-triangle-",
         "nodes-",
+        "frontier-",
+        "calibration-",
+        "overview",
         "straightness",
         "data-tiny",
         "flow-diagram-tiny",
@@ -80,7 +84,24 @@ fn a_report_of_a_run_says_what_its_results_say() {
         }
     }
     assert!(markdown.contains("Left out: the radar chart"), "one task has no radar chart");
+    check_frontier(&bench, &summary);
+    check_results(&bench, &summary);
     assert!(markdown.contains("token_scalars = 16"), "the configuration is missing");
+}
+
+/// The frontier names every number of steps once for each policy that was timed, beside the ticks of its axes.
+fn check_frontier(bench: &Bench, summary: &Value) {
+    let files = summary["figures"].as_array().unwrap().iter().map(|file| file.as_str().unwrap());
+    let file = files.filter(|name| name.contains("frontier-")).find(|name| name.ends_with(".svg")).unwrap();
+    let svg = String::from_utf8(bench.bytes(file)).unwrap();
+    // Three policies answer in 1 and in 3 steps, and the regressor in one, each in its own colour.
+    for (ink, steps) in [("#0072B2", "1 3"), ("#009E73", "1 3"), ("#D55E00", "1 3"), ("#E69F00", "1")] {
+        let names = svg.match_indices("<text ").filter_map(|(at, _)| {
+            let (head, text) = svg[at..].split_once('>')?;
+            head.contains(ink).then(|| text.split('<').next().unwrap().trim())
+        });
+        assert_eq!(names.collect::<Vec<_>>().join(" "), steps, "names of points in {ink}");
+    }
 }
 
 /// Each row of `eval*.json` stands in the table of scores, number by number.

@@ -1,10 +1,14 @@
 //! The report's figures: what the paper shows, for these runs.
 
 mod bars;
+mod calibration;
 mod clouds;
 mod curves;
 mod flow_diagram;
+mod frontier;
 mod heat_map;
+pub(super) mod overview;
+mod panels;
 mod radar;
 mod straight;
 
@@ -49,9 +53,19 @@ pub(super) fn flows(study: &Study, terminal: &Terminal) -> anyhow::Result<Vec<Bl
     Ok(blocks)
 }
 
-/// Nodes beside the consensus.
+/// Nodes beside the consensus, and whether their spread tells the error.
 pub(super) fn nodes(study: &Study) -> anyhow::Result<Vec<Block>> {
-    study.groups().into_iter().map(|group| curves::over_nodes(study, group)).collect()
+    let mut blocks = Vec::new();
+    for group in study.groups() {
+        blocks.push(curves::over_nodes(study, group)?);
+        blocks.push(calibration::chart(study, group)?);
+    }
+    Ok(blocks)
+}
+
+/// Error against the time of a call.
+pub(super) fn over_time(study: &Study) -> anyhow::Result<Vec<Block>> {
+    study.groups().into_iter().map(|group| frontier::chart(study, group)).collect()
 }
 
 /// Training and test episodes, and how training went.

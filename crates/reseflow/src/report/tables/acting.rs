@@ -1,14 +1,15 @@
 //! Policies acting in the simulator, and how long a plan takes.
 
 use super::super::document::{Block, Table, percent};
+use super::super::pooling::OverSeeds;
 use super::super::study::{Study, learner_title, task_title};
-use crate::rollouts::LatencyMillis;
+use crate::rollouts::{LatencyMillis, RolloutReport};
 
 /// Success in closed loop, with Wilson's intervals.
 pub(in super::super) fn closed_loop(study: &Study) -> Block {
     let mut table = Table::new(
         "Episodes in which the task's criterion holds, with Wilson's 95 % interval. A plan has 10 actions; after the given number of them \
-         the policy looks and plans again.",
+         the policy looks and plans again. Over training seeds: the mean rate ± its standard deviation; their episodes are the same.",
         [
             "run",
             "task",
@@ -36,6 +37,28 @@ pub(in super::super) fn closed_loop(study: &Study) -> Block {
                 format!("{} of {}", report.successes, report.episodes),
                 percent(report.success_rate),
                 format!("{} to {}", percent(report.success_low), percent(report.success_high)),
+            ]);
+        }
+    }
+    for pool in &study.pools().0 {
+        for acting in pool.acting() {
+            let report = &acting[0].report;
+            let rates = acting.iter().map(|acting| acting.report.success_rate).collect();
+            let Some(rate) = OverSeeds::of(rates) else { continue };
+            let sum = |count: fn(&RolloutReport) -> usize| -> usize {
+                acting.iter().map(|acting| count(&acting.report)).sum()
+            };
+            table.row([
+                format!("{} × {} training seeds", pool.name, acting.len()),
+                task_title(&report.task),
+                learner_title(acting[0].learner),
+                report.steps.map_or_else(|| "–".to_owned(), |steps| steps.to_string()),
+                report.n_action_steps.to_string(),
+                if report.disturbed { "yes" } else { "no" }.to_owned(),
+                report.split.clone(),
+                format!("{} of {}", sum(|report| report.successes), sum(|report| report.episodes)),
+                format!("{} ± {}", percent(rate.mean), percent(rate.std)),
+                "–".to_owned(),
             ]);
         }
     }

@@ -3,7 +3,6 @@
 use super::super::document::{Block, Table};
 use super::super::gather::Run;
 use super::super::study::Study;
-use crate::provenance::Provenance;
 
 /// Commit, machine, seeds and data of each run, and its configuration folded away.
 pub(in super::super) fn origin(study: &Study) -> Vec<Block> {
@@ -13,6 +12,7 @@ pub(in super::super) fn origin(study: &Study) -> Vec<Block> {
             "run",
             "task",
             "demonstrations",
+            "training seed",
             "test episodes",
             "noise seeds",
             "commit",
@@ -27,14 +27,13 @@ pub(in super::super) fn origin(study: &Study) -> Vec<Block> {
     for run in &study.runs {
         let dash = || "–".to_owned();
         let first = run.evals.first().map(|eval| &eval.report);
-        let provenance: Option<&Provenance> = first
-            .map(|report| &report.provenance)
-            .or(run.acting.first().map(|acting| &acting.report.provenance));
+        let provenance = run.provenance();
         let seeds = first.and_then(|report| Some((*report.seeds.first()?, *report.seeds.last()?)));
         table.row([
             run.name.clone(),
             run.task.clone(),
             run.demonstrations.map_or_else(dash, |count| count.to_string()),
+            run.training_seed.map_or_else(dash, |seed| seed.to_string()),
             first.map_or_else(dash, |report| report.episodes.to_string()),
             seeds.map_or_else(dash, |(first, last)| format!("{first}–{last}")),
             provenance.and_then(|of| of.commit.as_deref().map(short)).unwrap_or_else(dash),

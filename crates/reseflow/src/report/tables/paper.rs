@@ -10,7 +10,7 @@ use crate::learners::Learner;
 pub(in super::super) fn beside_the_paper(study: &Study) -> Block {
     let mut table = Table::new(
         "D̄_geo, mean ± standard deviation over noise seeds, lower is better. Table I of the paper does not say its integration steps; \
-         its text does, and marks its values as approximate.",
+         its text does, and marks its values as approximate. Over training seeds: mean ± standard deviation over trainings.",
         ["", TASKS[0].title, TASKS[1].title, TASKS[2].title],
     );
     for learner in [Learner::Baseline, Learner::Flow(1), Learner::Flow(2)] {
@@ -59,6 +59,27 @@ fn ours(table: &mut Table, study: &Study, group: Group, learner: Learner) {
             None => dash(),
         };
         push(table, title, rows.map(cell));
+        over_seeds(table, study, group, learner, steps);
+    }
+}
+
+/// The row over training seeds, where a task has several.
+fn over_seeds(table: &mut Table, study: &Study, group: Group, learner: Learner, steps: usize) {
+    let (pools, _) = study.pools();
+    let cells = TASKS.each_ref().map(|task| {
+        let run = study.unimodal(group).into_iter().find(|run| run.task == task.task)?;
+        let pool = pools.iter().find(|pool| pool.runs.iter().any(|member| member.name == run.name))?;
+        let rows = pool.rows();
+        let row = rows
+            .iter()
+            .find(|row| row.learner == learner && row.split == "test" && row.rows[0].steps == steps)?;
+        let over = row.over(|row| row.scores.d_geo_mean)?;
+        Some(format!("{} ({} training seeds)", over.text(), over.values.len()))
+    });
+    if cells.iter().any(Option::is_some) {
+        let name = format!("{}, ours, {}", learner_title(learner), steps_title(steps));
+        let title = format!("{name}, {}, over training seeds", group.title());
+        push(table, title, cells.map(|cell| cell.unwrap_or_else(dash)));
     }
 }
 

@@ -1,0 +1,113 @@
+//! What `reseflow report` writes for machines and for README.md, and means over training seeds.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use crate::report::rows;
+use crate::support::{Bench, TINY};
+
+/// Equal to six digits that count.
+fn same(short: &Value, value: f64) -> bool {
+    (short.as_f64().unwrap() - value).abs() <= 6e-6 * value.abs()
+}
+
+/// What `report/` holds for machines and for README.md is what the run in `runs/tiny` left, number by number.
+pub(crate) fn check_results(bench: &Bench, summary: &Value) {
+    assert_eq!([&summary["results"], &summary["summary"]], ["report/results.json", "report/results.md"]);
+    let results = bench.read_json("report/results.json");
+    let run = &results["runs"][0];
+    let told = ["name", "task", "demonstrations", "training_seed", "two_experts"].map(|key| &run[key]);
+    assert_eq!(told, [&json!("tiny"), &json!("triangle"), &json!(3), &json!(1), &json!(false)]);
+
+    let files = [("Flow 1", "eval"), ("Flow 2", "eval-2"), ("ET-SEED", "eval-baseline")];
+    let table = String::from_utf8(bench.bytes("report/results.md")).unwrap();
+    let shown = rows(&table);
+    for (place, (policy, file)) in files.into_iter().enumerate() {
+        let report = bench.read_json(&format!("runs/tiny/{file}.json"));
+        let result = &run["policies"][place];
+        assert_eq!([&result["policy"], &result["split"]], [policy, "test"]);
+        assert_eq!(result["episodes"], report["episodes"]);
+        assert_eq!(result["first_noise_seed"], report["seeds"][0]);
+        assert_eq!(result["noise_seeds"], 2);
+        for (short, row) in result["steps"].as_array().unwrap().iter().zip(report["rows"].as_array().unwrap())
+        {
+            let of = |key: &str| row[key].as_f64().unwrap();
+            assert_eq!(short["steps"], row["steps"]);
+            for key in ["d_geo_mean", "d_geo_std", "d_geo_low", "d_geo_high", "rotation_rad"] {
+                assert!(same(&short["error"][key], of(key)), "{key}: {short} for {row}");
+            }
+            assert!(same(&short["error"]["translation_mm"], 1e3 * of("translation_m")));
+            for key in ["p50", "p99"] {
+                assert!(same(&short["call_ms"][key], row["latency"]["whole_ms"][key].as_f64().unwrap()));
+            }
+        }
+        let line = shown.iter().find(|row| row[1] == policy).unwrap();
+        let of = |place: usize, key: &str| report["rows"][place][key].as_f64().unwrap();
+        let [mean, low, high] = ["d_geo_mean", "d_geo_low", "d_geo_high"].map(|key| of(0, key));
+        assert_eq!(line[2], format!("{mean:.4} ({low:.4}–{high:.4})"));
+        assert_eq!(line[4], format!("{:.4}", of(1, "d_geo_mean")), "in three steps");
+    }
+
+    let rollout = bench.read_json("runs/tiny/rollout.json");
+    let acting = &run["rollouts"][0];
+    for key in ["episodes", "successes", "steps", "split", "disturbed"] {
+        assert_eq!(acting[key], rollout[key], "{key}");
+    }
+    assert!(same(&acting["success_high"], rollout["success_high"].as_f64().unwrap()));
+    let line = shown.iter().find(|row| row[1] == "Flow 2").unwrap();
+    let expected = format!("{} of {} (", rollout["successes"], rollout["episodes"]);
+    assert!(line[6].starts_with(&expected), "replanning is what the tiny run does: {line:?}");
+    assert_eq!([line[0], line[7], line[8]], ["Rotating triangle (3)", "–", "0.876"]);
+}
+
+/// A run of one flow, and a copy that is called `name` and says that it was trained with `seed`, its errors `factor` times as large.
+fn copy(bench: &Bench, name: &str, seed: u64, factor: f64) {
+    let target = bench.path(&format!("runs/{name}"));
+    fs::create_dir_all(&target).unwrap();
+    let config = String::from_utf8(bench.bytes("runs/tiny/config.toml")).unwrap();
+    let mut config: toml::Table = config.parse().unwrap();
+    config["name"] = name.into();
+    config["train"]["seed"] = i64::try_from(seed).unwrap().into();
+    fs::write(target.join("config.toml"), config.to_string()).unwrap();
+    let mut report = bench.read_json("runs/tiny/eval.json");
+    for row in report["rows"].as_array_mut().unwrap() {
+        row["d_geo_mean"] = json!(factor * row["d_geo_mean"].as_f64().unwrap());
+    }
+    fs::write(target.join("eval.json"), report.to_string()).unwrap();
+    fs::copy(bench.path("runs/tiny/rollout.json"), target.join("rollout.json")).unwrap();
+}
+
+#[test]
+fn runs_of_other_training_seeds_are_one_experiment() {
+    let bench = Bench::new();
+    fs::write(bench.path("tiny.toml"), TINY).unwrap();
+    bench.succeed("run tiny.toml --set train.updates=2 --set train.validate_every=1");
+    copy(&bench, "tiny-seed2", 2, 1.5);
+    copy(&bench, "tiny-seed3", 3, 2.0);
+    bench.succeed("report runs/tiny runs/tiny-seed2 runs/tiny-seed3 --out report");
+    let markdown = String::from_utf8(bench.bytes("report/report.md")).unwrap();
+    let all = rows(&markdown);
+    let first = bench.read_json("runs/tiny/eval.json")["rows"][0]["d_geo_mean"].as_f64().unwrap();
+    // 1, 1.5 and 2 times the same: their mean is 1.5 times, and they lie half of it apart.
+    let text = format!("{:.4} ± {:.4}", 1.5 * first, 0.5 * first);
+    let pooled = all.iter().find(|row| row.len() == 8 && row[..3] == ["Flow 1", "test", "1"]);
+    let pooled = pooled.unwrap_or_else(|| panic!("no row over training seeds in\n{markdown}"));
+    let each = [1.0, 1.5, 2.0].map(|factor| format!("{:.4}", factor * first)).join(", ");
+    assert_eq!([pooled[3], pooled[4], pooled[7]], ["3", &text, &each]);
+    assert_eq!(all.iter().filter(|row| row.len() == 11 && row[..3] == ["Flow 1", "test", "1"]).count(), 3);
+
+    let beside = all.iter().find(|row| row[0].ends_with("over training seeds")).expect("beside the paper");
+    assert_eq!(beside[3], format!("{text} (3 training seeds)"));
+    let rollout = bench.read_json("runs/tiny/rollout.json");
+    let rate = 100.0 * rollout["success_rate"].as_f64().unwrap();
+    let acting = all.iter().find(|row| row[0] == "tiny × 3 training seeds").expect("acting");
+    assert_eq!(acting[8], format!("{rate:.1} % ± 0.0 %"));
+
+    copy(&bench, "tiny-seed3", 2, 2.0);
+    let left_out = bench.json("report runs/tiny runs/tiny-seed2 runs/tiny-seed3 --out report --json");
+    let left_out = left_out["left_out"].to_string();
+    assert!(left_out.contains("trained with the same seed"), "{left_out}");
+    let markdown = String::from_utf8(bench.bytes("report/report.md")).unwrap();
+    assert!(rows(&markdown).iter().all(|row| !row[0].contains("training seeds")));
+}

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use super::shipped;
 use crate::error::bad_input;
 use crate::evaluation::{EvalReport, SamplersReport};
 use crate::learners::Learner;
@@ -36,6 +37,8 @@ pub(super) struct Run {
     pub(super) demonstrations: Option<usize>,
     /// The seed of Flow 1's training, where a configuration says.
     pub(super) training_seed: Option<u64>,
+    /// Whether its policies ship, and were not trained in it.
+    pub(super) shipped: bool,
     /// The resolved configuration as it stands in its file.
     pub(super) config: Option<String>,
     pub(super) evals: Vec<Eval>,
@@ -112,25 +115,26 @@ impl Run {
         let told = evals.iter().find_map(|eval| eval.report.task.clone());
         let told = told.or_else(|| acting.first().map(|acting| acting.report.task.clone()));
         let file_name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
-        // Policies that were not trained here learned from whatever they learned from.
-        let demonstrations = match settings.get("pretrained") {
-            Some(_) => None,
-            None => settings.get("data").and_then(|data| data.get("train_episodes")),
-        };
-        // Their checkpoints know the seed.
-        let first = evals.iter().find(|eval| eval.learner == Learner::Flow(1));
-        let training_seed = match settings.get("pretrained") {
-            Some(_) => first.and_then(|eval| eval.report.config["train"]["seed"].as_u64()),
+        // Policies that were not trained here learned from whatever their card says.
+        let shipped = settings.get("pretrained").and_then(|given| given.as_str());
+        let (demonstrations, training_seed) = match shipped {
+            Some(given) => {
+                let card = shipped::card(folder, given)?;
+                (card.as_ref().and_then(|card| card.demonstrations), card.and_then(|card| card.seed))
+            }
             None => {
-                settings.get("train").and_then(|train| u64::try_from(train.get("seed")?.as_integer()?).ok())
+                let number = |table: &str, key: &str| settings.get(table)?.get(key)?.as_integer();
+                let count = number("data", "train_episodes").and_then(|count| usize::try_from(count).ok());
+                (count, number("train", "seed").and_then(|seed| u64::try_from(seed).ok()))
             }
         };
         let mut run = Self {
             folder: folder.to_owned(),
             name: word("name").or(file_name).unwrap_or_else(|| "run".to_owned()),
             task: word("task").or(told).unwrap_or_else(|| "unknown task".to_owned()),
-            demonstrations: demonstrations.and_then(|count| usize::try_from(count.as_integer()?).ok()),
+            demonstrations,
             training_seed,
+            shipped: shipped.is_some(),
             config,
             evals,
             acting,
@@ -264,7 +268,8 @@ pub(super) fn text(path: &Path) -> anyhow::Result<Option<String>> {
     }
 }
 
-fn json<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
+/// The value in a JSON file.
+pub(super) fn json<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
     let text = text(path)?.unwrap_or_default();
     let mut reader = serde_json::Deserializer::from_str(&text);
     serde_path_to_error::deserialize(&mut reader).map_err(|fault| {

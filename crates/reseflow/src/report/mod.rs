@@ -11,6 +11,7 @@ mod pooling;
 #[cfg(test)]
 mod readme;
 mod results;
+mod shipped;
 mod study;
 mod summary;
 mod tables;

@@ -16,6 +16,8 @@ pub(super) struct Study {
 pub(super) enum Group {
     /// As many as the paper, task by task.
     Paper,
+    /// As many as served the policies that ship, task by task.
+    Shipped,
     /// So many.
     Count(usize),
     /// Nothing says.
@@ -24,6 +26,9 @@ pub(super) enum Group {
 
 impl Group {
     fn of(run: &Run) -> Self {
+        if run.shipped {
+            return Self::Shipped;
+        }
         match run.demonstrations {
             Some(count) if paper::of_task(&run.task).is_some_and(|task| task.demonstrations == count) => {
                 Self::Paper
@@ -37,6 +42,7 @@ impl Group {
     pub(super) fn title(self) -> String {
         match self {
             Self::Paper => "the paper's numbers of demonstrations".to_owned(),
+            Self::Shipped => "the shipped policies".to_owned(),
             Self::Count(count) => format!("{count} demonstrations a task"),
             Self::Unknown => "an unknown number of demonstrations".to_owned(),
         }
@@ -46,6 +52,7 @@ impl Group {
     pub(super) fn slug(self) -> String {
         match self {
             Self::Paper => "paper".to_owned(),
+            Self::Shipped => "shipped".to_owned(),
             Self::Count(count) => format!("{count}"),
             Self::Unknown => "unknown".to_owned(),
         }
@@ -90,6 +97,7 @@ impl Study {
         }
         groups.sort_by_key(|group| match group {
             Group::Paper => 0,
+            Group::Shipped => 1,
             Group::Count(count) => usize::MAX - 1 - count,
             Group::Unknown => usize::MAX,
         });

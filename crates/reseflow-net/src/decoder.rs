@@ -68,6 +68,10 @@ pub struct DecoderConfig {
     pub parameterisation: Parameterisation,
     /// Heads of the attention that points at centres; 0 leaves that attention out.
     pub pointers: usize,
+    /// Whether fingers are alike: of a trajectory and the same turned by half a turn about the approach axis, a policy then takes the one
+    /// that begins nearer to the gripper. The network itself does not change.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub nearest_half_turn: bool,
     /// Nodes K; filled in from the encoder.
     #[serde(skip)]
     pub nodes: usize,
@@ -89,6 +93,7 @@ impl Default for DecoderConfig {
             token_vectors: 32,
             parameterisation: Parameterisation::Endpoint,
             pointers: 4,
+            nearest_half_turn: false,
             nodes: 4,
             channels: 32,
             symmetry: Symmetry::default(),

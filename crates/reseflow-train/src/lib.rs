@@ -13,6 +13,7 @@ mod field;
 mod fingerprint;
 mod flow;
 mod gradients;
+mod half_turn;
 mod optimizer;
 mod pairs;
 mod partial;

@@ -6,6 +6,7 @@ use burn::tensor::Device;
 use reseflow_data::{ActionChunk, ObservationHistory, Plan, Policy, PolicyError};
 use reseflow_flow::Solver;
 
+use crate::half_turn::take_nearest_half_turn;
 use crate::{DeviceKind, TrainError, Trainable, checkpoint};
 
 /// Histories that are encoded together and share an adaptive solver's steps; more are drawn group by group, which bounds the memory.
@@ -95,7 +96,14 @@ impl<M: Trainable> TrainedPolicy<M> {
         for (group, together) in histories.chunks(TOGETHER).enumerate() {
             let drawn =
                 self.model.draw(&self.net, together, seeds, group * TOGETHER, solver, &self.device)?;
-            all.samples.extend(drawn.samples);
+            let mut samples = drawn.samples;
+            if self.model.network().decoder.nearest_half_turn {
+                for (history, samples) in together.iter().zip(&mut samples) {
+                    let gripper = &history.latest().world_from_gripper;
+                    samples.iter_mut().for_each(|sample| take_nearest_half_turn(sample, gripper));
+                }
+            }
+            all.samples.extend(samples);
             all.steps = all.steps.max(drawn.steps);
             all.evaluations = all.evaluations.max(drawn.evaluations);
         }

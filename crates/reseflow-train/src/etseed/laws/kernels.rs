@@ -6,8 +6,8 @@ use reseflow_flow::{AnchoredChunk, Denoiser};
 use reseflow_lie::geodesic_distance;
 
 use super::{
-    HORIZON, apart, config, device, equivariant, invariant, moved, net, numbers, pose, rng, scene, state,
-    view,
+    HORIZON, apart, config, device, equivariant, invariant, moved, net, numbers, of_degrees_0_to_2, pose,
+    rng, scene, state, view,
 };
 use crate::convert::host;
 use crate::etseed::denoiser::NetDenoiser;
@@ -16,52 +16,56 @@ use crate::etseed::input::{KernelInput, SceneView};
 /// Of degree 0 alone: vectors would turn.
 #[test]
 fn the_invariant_kernel_answers_the_same_wherever_the_scene_lies() {
-    let (config, mut draws) = (config(), rng(1));
-    let net = net(&config, &device());
-    for stream in 10..14 {
-        let (frames, state) = (scene(stream), state(40, stream));
-        let here = numbers(&invariant(&net, &[&view(&frames, &config)], std::slice::from_ref(&state)));
-        let world = pose(&mut draws, 1.0);
-        let there = numbers(&invariant(
-            &net,
-            &[&view(&moved(&world, &frames), &config)],
-            std::slice::from_ref(&state),
-        ));
-        assert!(apart(&here, &there) < 1e-4, "{}", apart(&here, &there));
+    for config in [config(), of_degrees_0_to_2()] {
+        let mut draws = rng(1);
+        let net = net(&config, &device());
+        for stream in 10..14 {
+            let (frames, state) = (scene(stream), state(40, stream));
+            let here = numbers(&invariant(&net, &[&view(&frames, &config)], std::slice::from_ref(&state)));
+            let world = pose(&mut draws, 1.0);
+            let there = numbers(&invariant(
+                &net,
+                &[&view(&moved(&world, &frames), &config)],
+                std::slice::from_ref(&state),
+            ));
+            assert!(apart(&here, &there) < 1e-4, "{}", apart(&here, &there));
 
-        let mut left_behind = moved(&world, &frames);
-        for (frame, still) in left_behind.iter_mut().zip(&frames) {
-            frame.world_from_gripper = still.world_from_gripper;
+            let mut left_behind = moved(&world, &frames);
+            for (frame, still) in left_behind.iter_mut().zip(&frames) {
+                frame.world_from_gripper = still.world_from_gripper;
+            }
+            let control =
+                numbers(&invariant(&net, &[&view(&left_behind, &config)], std::slice::from_ref(&state)));
+            assert!(apart(&here, &control) > 1e-3, "control: moving the cloud alone changes too little");
         }
-        let control =
-            numbers(&invariant(&net, &[&view(&left_behind, &config)], std::slice::from_ref(&state)));
-        assert!(apart(&here, &control) > 1e-3, "control: moving the cloud alone changes too little");
     }
 }
 
 /// Columns everywhere: rows would turn by no group action.
 #[test]
 fn the_left_factor_of_the_last_step_is_conjugated_by_a_motion_of_the_scene() {
-    let (config, mut draws) = (config(), rng(2));
-    let net = net(&config, &device());
-    for stream in 20..24 {
-        let frames = scene(stream);
-        let world = pose(&mut draws, 1.0);
-        let factors = |frames: &[reseflow_data::Observation; 2]| {
-            let view = view(frames, &config);
-            let trajectory = view.anchor.place(&state(1, stream));
-            let views = [view];
-            let mut denoiser = NetDenoiser::new(&net, &views, 100, &device()).unwrap();
-            denoiser.equivariant(std::slice::from_ref(&trajectory)).unwrap().remove(0)
-        };
-        for (here, there) in factors(&frames).iter().zip(&factors(&moved(&world, &frames))) {
-            let expected = world * here.clean_from_noisy * world.inverse();
-            let error = geodesic_distance(&there.clean_from_noisy, &expected).d_geo();
-            assert!(error < 1e-3, "{error}");
-            assert!((there.opening - here.opening).abs() < 1e-4);
-            let plain = geodesic_distance(&there.clean_from_noisy, &here.clean_from_noisy);
-            assert!(plain.translation_m > 1e-3, "control: the factor is an invariant one");
-            assert!(here.clean_from_noisy.rotation.angle() > 1e-3, "control: the kernel says nothing");
+    for config in [config(), of_degrees_0_to_2()] {
+        let mut draws = rng(2);
+        let net = net(&config, &device());
+        for stream in 20..24 {
+            let frames = scene(stream);
+            let world = pose(&mut draws, 1.0);
+            let factors = |frames: &[reseflow_data::Observation; 2]| {
+                let view = view(frames, &config);
+                let trajectory = view.anchor.place(&state(1, stream));
+                let views = [view];
+                let mut denoiser = NetDenoiser::new(&net, &views, 100, &device()).unwrap();
+                denoiser.equivariant(std::slice::from_ref(&trajectory)).unwrap().remove(0)
+            };
+            for (here, there) in factors(&frames).iter().zip(&factors(&moved(&world, &frames))) {
+                let expected = world * here.clean_from_noisy * world.inverse();
+                let error = geodesic_distance(&there.clean_from_noisy, &expected).d_geo();
+                assert!(error < 1e-3, "{error}");
+                assert!((there.opening - here.opening).abs() < 1e-4);
+                let plain = geodesic_distance(&there.clean_from_noisy, &here.clean_from_noisy);
+                assert!(plain.translation_m > 1e-3, "control: the factor is an invariant one");
+                assert!(here.clean_from_noisy.rotation.angle() > 1e-3, "control: the kernel says nothing");
+            }
         }
     }
 }

@@ -52,6 +52,13 @@ fn config() -> EtSeedConfig {
     EtSeedConfig { network, ..EtSeedConfig::default() }
 }
 
+fn of_degrees_0_to_2() -> EtSeedConfig {
+    let mut config = config();
+    let encoder = &mut config.network.encoder;
+    (encoder.layers, encoder.max_degree) = (2, 2);
+    config
+}
+
 fn net(config: &EtSeedConfig, device: &Device) -> EtSeedNet {
     EtSeedNet::new(config, device, &mut rng(5)).expect("the sizes make sense")
 }

@@ -1,0 +1,102 @@
+//! The half-turn of a gripper whose fingers are alike.
+
+use std::f64::consts::PI;
+
+use reseflow_data::ActionChunk;
+use reseflow_lie::{SE3, SO3, Vector3, geodesic_distance};
+
+use crate::PolicySample;
+
+/// Turns `sample` by half a turn about the approach axis where it then begins nearer to the gripper, its nodes along with it.
+///
+/// The decision is invariant under motions of the scene. A pose exactly a quarter turn away stays as it is.
+pub(crate) fn take_nearest_half_turn(sample: &mut PolicySample, world_from_gripper: &SE3) {
+    let Some(first) = sample.consensus.iter().next() else { return };
+    let away = |pose: &SE3| geodesic_distance(world_from_gripper, pose).rotation_rad;
+    let pose = first.world_from_gripper;
+    if away(&(pose * half_turn())) < away(&pose) {
+        turn(&mut sample.consensus);
+        sample.nodes.iter_mut().for_each(turn);
+    }
+}
+
+/// Half a turn about the approach axis, z.
+fn half_turn() -> SE3 {
+    SE3::new(SO3::exp(&Vector3::new(0.0, 0.0, PI)), Vector3::zeros())
+}
+
+fn turn(chunk: &mut ActionChunk) {
+    for action in &mut chunk.0 {
+        action.world_from_gripper = action.world_from_gripper * half_turn();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use reseflow_data::Action;
+    use reseflow_lie::BodyTwist;
+
+    fn pose(angular: [f64; 3], x_m: f64) -> SE3 {
+        SE3::new(SO3::exp(&Vector3::from(angular)), Vector3::new(x_m, 0.0, 0.0))
+    }
+
+    fn sample(yaws_rad: [f64; 2]) -> PolicySample {
+        let chunk = |off: f64| {
+            let actions =
+                yaws_rad.map(|yaw| Action { world_from_gripper: pose([0.0, 0.0, yaw], off), opening: 0.3 });
+            ActionChunk(actions.to_vec())
+        };
+        PolicySample { consensus: chunk(0.1), nodes: vec![chunk(0.0), chunk(0.2)], spread: vec![0.1; 2] }
+    }
+
+    #[test]
+    fn the_first_pose_decides_for_the_whole_trajectory_and_its_nodes() {
+        let gripper = pose([0.0, 0.0, 0.2], 1.0);
+        // The first one begins within a quarter turn of the gripper, though it does not end there.
+        for (yaws, is_turned) in [([1.6, 3.0], false), ([2.0, 0.3], true), ([-1.2, 0.1], false)] {
+            let before = sample(yaws);
+            let mut after = before.clone();
+            take_nearest_half_turn(&mut after, &gripper);
+            if !is_turned {
+                assert_eq!(after, before);
+                continue;
+            }
+            assert_eq!(after.spread, before.spread);
+            let chunks = |sample: &PolicySample| {
+                let all = std::iter::once(&sample.consensus).chain(&sample.nodes);
+                all.flat_map(|chunk| chunk.0.clone()).collect::<Vec<_>>()
+            };
+            for (before, after) in chunks(&before).iter().zip(chunks(&after)) {
+                let expected = before.world_from_gripper * half_turn();
+                assert!(geodesic_distance(&after.world_from_gripper, &expected).d_geo() < 1e-12);
+                assert_eq!(after.opening, before.opening);
+            }
+            take_nearest_half_turn(&mut after, &gripper);
+            let first = after.consensus.0[0].world_from_gripper;
+            assert!(geodesic_distance(&first, &gripper).rotation_rad < PI / 2.0, "it stays where it is");
+        }
+    }
+
+    #[test]
+    fn a_moved_scene_gives_the_moved_choice() {
+        let motion = SE3::exp(&BodyTwist::new(Vector3::new(0.4, -1.1, 0.7), Vector3::new(0.3, 0.1, -2.0)));
+        let gripper = pose([0.0, 0.0, 0.2], 1.0);
+        let mut here = sample([2.0, 0.3]);
+        let mut there = here.clone();
+        let moved = |chunk: &mut ActionChunk| {
+            chunk
+                .0
+                .iter_mut()
+                .for_each(|action| action.world_from_gripper = motion * action.world_from_gripper);
+        };
+        moved(&mut there.consensus);
+        there.nodes.iter_mut().for_each(moved);
+        take_nearest_half_turn(&mut here, &gripper);
+        take_nearest_half_turn(&mut there, &(motion * gripper));
+        for (here, there) in here.consensus.iter().zip(there.consensus.iter()) {
+            let expected = motion * here.world_from_gripper;
+            assert!(geodesic_distance(&there.world_from_gripper, &expected).d_geo() < 1e-9);
+        }
+    }
+}

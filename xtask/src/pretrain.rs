@@ -33,17 +33,21 @@ const KINDS: [(&str, &str, &str); 3] = [
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     cargo xtask pretrain                 every task, some side by side; about two hours on two cores\n  \
-    cargo xtask pretrain --task door     one of them")]
+    cargo xtask pretrain --task door     one of them\n  \
+    cargo xtask pretrain --as-is         install finished runs of runs/pretrained, wherever they were trained")]
 pub(crate) struct Args {
     /// The task; all unless said
     #[arg(long, value_name = "TASK")]
     task: Vec<String>,
+    /// Train nothing: install the runs as they are
+    #[arg(long)]
+    as_is: bool,
     /// How many trainings run side by side; as many as there are processor cores, up to eight, unless said
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
 }
 
-/// Builds in release, trains, and installs what was trained.
+/// Trains and installs.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let root = workspace::root();
     let tasks = tasks(&root.join(CONFIGS))?;
@@ -52,18 +56,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     let wanted: Vec<&String> =
         tasks.iter().filter(|task| args.task.is_empty() || args.task.contains(task)).collect();
-    say("pretrain: building reseflow in release (a first build takes several minutes)");
-    process::run(
-        "the build of reseflow",
-        &mut cargo(["build", "--release", "--locked", "--package", "reseflow"]),
-    )?;
-    let jobs = wanted.iter().map(|task| Job {
-        name: (*task).clone(),
-        command: reseflow(&["run".to_owned(), format!("{CONFIGS}/{task}.toml")]),
-        log: root.join(format!("{RUNS}/{task}.log")),
-    });
-    let failed =
-        jobs::run("pretrain", jobs.collect(), args.jobs.map_or_else(default_width, NonZeroUsize::get))?;
+    let failed = if args.as_is { Vec::new() } else { train(&wanted, args.jobs)? };
     for task in wanted.iter().filter(|task| !failed.contains(task)) {
         install(task, &root.join(RUNS).join(task), &root.join(POLICIES).join(task))?;
         say(&format!("pretrain: {POLICIES}/{task} is installed"));
@@ -76,6 +69,21 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         ))
         .into()),
     }
+}
+
+/// Builds in release and trains; returns the tasks that failed.
+fn train(tasks: &[&String], width: Option<NonZeroUsize>) -> Result<Vec<String>> {
+    say("pretrain: building reseflow in release (a first build takes several minutes)");
+    process::run(
+        "the build of reseflow",
+        &mut cargo(["build", "--release", "--locked", "--package", "reseflow"]),
+    )?;
+    let jobs = tasks.iter().map(|task| Job {
+        name: (*task).clone(),
+        command: reseflow(&["run".to_owned(), format!("{CONFIGS}/{task}.toml")]),
+        log: workspace::root().join(format!("{RUNS}/{task}.log")),
+    });
+    jobs::run("pretrain", jobs.collect(), width.map_or_else(default_width, NonZeroUsize::get))
 }
 
 /// The tasks that have a configuration, sorted.

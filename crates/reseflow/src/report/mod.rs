@@ -159,6 +159,7 @@ fn blocks(study: &Study, results: &Results, terminal: &Terminal) -> anyhow::Resu
     blocks.push(tables::nodes(study));
 
     blocks.push(section("Data and training"));
+    blocks.push(Block::text(texts::TRAINING));
     blocks.extend(figures::data(study)?);
     blocks.push(tables::stages(study));
 

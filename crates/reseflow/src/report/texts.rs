@@ -48,3 +48,8 @@ pub(super) const SCORES: &str = "“Test” episodes come from the training dist
 /// Before what is particular to flows.
 pub(super) const FLOWS: &str = "Flow 1 learns to carry noise to demonstrations. Flow 2 learns from pairs of noise and of what Flow 1 \
     made of it: where the ways of Flow 1 bend, those of Flow 2 should be straight, and one step then leads as far as many.";
+
+/// Before what training took.
+pub(super) const TRAINING: &str = "The paper trains on one window at a time, Flow 1 for 5000 epochs and Flow 2 for 3000, which is 50 000 to \
+    2 500 000 updates of Flow 1. Its hyper-parameters are the configurations in configs/paper, where `updates` caps them at 50 000 and \
+    30 000. The runs here were trained as their own configurations say, which are folded away at the end of this page.";

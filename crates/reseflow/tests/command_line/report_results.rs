@@ -104,10 +104,50 @@ fn runs_of_other_training_seeds_are_one_experiment() {
     let acting = all.iter().find(|row| row[0] == "tiny × 3 training seeds").expect("acting");
     assert_eq!(acting[8], format!("{rate:.1} % ± 0.0 %"));
 
+    // What makes runs several experiments: other settings, other noise, the same seed.
+    let refused = |why: &str| {
+        let left_out = bench.json("report runs/tiny runs/tiny-seed2 runs/tiny-seed3 --out report --json");
+        let left_out = left_out["left_out"].to_string();
+        assert!(left_out.contains(why), "{left_out}");
+    };
+    let config = String::from_utf8(bench.bytes("runs/tiny-seed3/config.toml")).unwrap();
+    let mut longer: toml::Table = config.parse().unwrap();
+    longer["train"]["updates"] = 9.into();
+    fs::write(bench.path("runs/tiny-seed3/config.toml"), longer.to_string()).unwrap();
+    refused("their configurations differ in more than the training seed");
+    fs::write(bench.path("runs/tiny-seed3/config.toml"), config).unwrap();
+    let mut report = bench.read_json("runs/tiny-seed3/eval.json");
+    report["seeds"] = json!([1, 2]);
+    fs::write(bench.path("runs/tiny-seed3/eval.json"), report.to_string()).unwrap();
+    refused("they were scored on different episodes or noise seeds");
     copy(&bench, "tiny-seed3", 2, 2.0);
-    let left_out = bench.json("report runs/tiny runs/tiny-seed2 runs/tiny-seed3 --out report --json");
-    let left_out = left_out["left_out"].to_string();
-    assert!(left_out.contains("trained with the same seed"), "{left_out}");
+    refused("trained with the same seed");
     let markdown = String::from_utf8(bench.bytes("report/report.md")).unwrap();
     assert!(rows(&markdown).iter().all(|row| !row[0].contains("training seeds")));
+}
+
+#[test]
+fn the_nearest_demonstration_is_told_with_the_demonstrations_that_it_is_of() {
+    let bench = Bench::new();
+    fs::write(bench.path("tiny.toml"), TINY).unwrap();
+    bench.succeed("run tiny.toml --set task=door --set train.updates=2 --set train.validate_every=1");
+    let told = || {
+        bench.succeed("report runs/tiny --out report");
+        let summary = String::from_utf8(bench.bytes("report/results.md")).unwrap();
+        let all = rows(&summary);
+        let named = all.iter().find(|row| row[1].starts_with("nearest")).unwrap();
+        (named[0].to_owned(), named[1].to_owned(), bench.read_json("report/results.json"))
+    };
+    let (task, predictor, results) = told();
+    assert_eq!((task.as_str(), predictor.as_str()), ("Door opening (3)", "nearest demonstration"));
+    assert_eq!(results["runs"][0].get("nearest_among"), None);
+
+    bench.succeed(
+        "run tiny.toml --set task=door --set train.updates=2 --set train.validate_every=1 --set data.disturbed_share=0.3",
+    );
+    let of = bench.read_json("runs/tiny/eval.json")["trivial"]["training_episodes"].as_u64().unwrap();
+    assert!((1..3).contains(&of), "{of} of three were left alone");
+    let (task, predictor, results) = told();
+    assert_eq!((task, predictor), ("Door opening (3)".to_owned(), format!("nearest demonstration of {of}")));
+    assert_eq!(results["runs"][0]["nearest_among"], of);
 }

@@ -45,6 +45,39 @@ fn a_policy_by_name_is_the_policy_by_path() {
     );
 }
 
+/// Not more bytes of weights than this ship.
+const LARGEST: u64 = 4 << 20;
+
+#[test]
+fn what_ships_scores_about_what_its_card_says_and_acts() {
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/pretrained");
+    let bench = Bench::new();
+    for task in ["door", "painting", "triangle"] {
+        let card: Value =
+            serde_json::from_slice(&fs::read(shipped.join(task).join("card.json")).unwrap()).unwrap();
+        bench.succeed(&format!(
+            "gen --task {task} --episodes 6 --seed 90 --split validation --out {task}.npz"
+        ));
+        for policy in ["flow1", "flow2", "etseed"] {
+            let weights = shipped.join(task).join(policy).join("model.safetensors");
+            assert!(fs::metadata(&weights).unwrap().len() <= LARGEST, "{}", weights.display());
+            let scores = card["policies"][policy]["scores"].as_array().unwrap();
+            let (row, steps) = (scores.last().unwrap(), scores.last().unwrap()["steps"].as_u64().unwrap());
+            let eval = bench.json(&format!(
+                "eval --checkpoint {task}/{policy} --data {task}.npz --steps {steps} --seeds 2 --out e.json --json"
+            ));
+            let [here, there] = [&eval["rows"][0], row].map(|row| row["d_geo_mean"].as_f64().unwrap());
+            // Six other scenes; a network of drawn weights is beyond 1.
+            assert!(here < 4.0 * there, "{task}/{policy}: {here}, its card says {there}");
+        }
+        let acts = bench.json(&format!(
+            "rollout --policy {task}/flow2 --task {task} --episodes 3 --seed 90 --split validation --steps 1 \
+             --n-action-steps 10 --out r.json --json"
+        ));
+        assert!(acts["successes"].as_u64().unwrap() >= 2, "{task}: {}", acts["successes"]);
+    }
+}
+
 #[test]
 fn a_run_takes_trained_policies_as_they_are() {
     let bench = Bench::with_policy();

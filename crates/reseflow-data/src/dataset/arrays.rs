@@ -1,4 +1,4 @@
-//! A data set as it lies in the file: six flat arrays and up to three optional ones, and the way to episodes and back.
+//! A data set as it lies in the file: six flat arrays and up to two optional ones, and the way to episodes and back.
 
 use std::io::{self, Seek, Write};
 

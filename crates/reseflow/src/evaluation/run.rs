@@ -125,8 +125,14 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
         progress.advance();
     }
     progress.finish();
-    let trivial =
-        training.as_ref().map(|training| trivial_scores(training, &held_out.dataset)).transpose()?;
+    let trivial = match training {
+        Some(training) => trivial_scores(training, &held_out.dataset)?,
+        None => None,
+    };
+    if let (Some(data), None) = (&inputs.train_data, &trivial) {
+        let data = data.display();
+        terminal.note(format!("{data}: every episode was disturbed, so there are no trivial predictors"));
+    }
     let text = |path: &PathBuf| path.display().to_string();
     Ok(EvalReport {
         against_most_steps: StepsDifference::of(&rows),

@@ -32,6 +32,10 @@ pub(super) struct RunResult {
     pub(super) made_with: Option<MadeWith>,
     /// D̄_geo of the demonstration whose scene is most alike, on the test split.
     pub(super) nearest_demonstration: Option<ErrorResult>,
+    /// Among how many demonstrations, where these are others than were learned from: shipped policies come without theirs, and
+    /// disturbed ones are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) nearest_among: Option<usize>,
     pub(super) policies: Vec<PolicyResult>,
     pub(super) rollouts: Vec<RolloutResult>,
 }
@@ -129,6 +133,7 @@ impl RunResult {
     fn of(run: &Run) -> Self {
         let trivial = run.evals.iter().find(|eval| eval.split == "test" && eval.report.trivial.is_some());
         let trivial = trivial.and_then(|eval| eval.report.trivial.as_ref());
+        let among = trivial.map(|trivial| trivial.training_episodes);
         let acting = run.acting.iter();
         Self {
             name: run.name.clone(),
@@ -138,6 +143,7 @@ impl RunResult {
             two_experts: run.has_modes(),
             made_with: run.provenance().map(MadeWith::of),
             nearest_demonstration: trivial.map(|trivial| ErrorResult::of(&trivial.nearest_demonstration)),
+            nearest_among: among.filter(|_| among != run.demonstrations),
             policies: run.evals.iter().map(PolicyResult::of).collect(),
             rollouts: acting.map(|acting| RolloutResult::of(acting.learner, &acting.report)).collect(),
         }

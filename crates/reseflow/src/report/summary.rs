@@ -61,9 +61,10 @@ pub(super) fn table(results: &Results) -> Table {
             ]);
         }
         if let Some(error) = &run.nearest_demonstration {
+            let among = run.nearest_among.map(|count| format!(" of {count}")).unwrap_or_default();
             table.row([
                 title(run),
-                "nearest demonstration".to_owned(),
+                format!("nearest demonstration{among}"),
                 with_interval(error),
                 parts(error),
                 dash(),

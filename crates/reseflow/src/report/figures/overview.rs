@@ -60,7 +60,8 @@ fn panel(task: &PaperTask, run: &RunResult) -> Option<LinePlot> {
     let ends = [*steps.first()?, *steps.last()?];
     if let Some(nearest) = &run.nearest_demonstration {
         let level = ends.map(|end| (end, nearest.d_geo_mean, None));
-        lines.push(series("nearest demonstration".to_owned(), Look::reference(0), level.into_iter()));
+        let among = run.nearest_among.map(|count| format!(" of {count}")).unwrap_or_default();
+        lines.push(series(format!("nearest demonstration{among}"), Look::reference(0), level.into_iter()));
     }
     let told = [
         ("ReSeFlow, the paper, 1 step", Learner::Flow(2), 1.0, task.one_step),

@@ -1,6 +1,6 @@
 //! Runs that differ in their training seed only are one experiment: `door-200`, `door-200-seed2`, `door-200-seed3`.
 
-use super::gather::{Acting, Run};
+use super::gather::{Acting, Eval, Run};
 use super::study::Study;
 use crate::evaluation::StepRow;
 use crate::learners::Learner;
@@ -80,14 +80,21 @@ impl<'a> Pool<'a> {
     fn fault(&self) -> Option<String> {
         let names: Vec<&str> = self.runs.iter().map(|run| run.name.as_str()).collect();
         let names = names.join(", ");
-        let differ =
-            |same: &dyn Fn(&Run, &Run) -> bool| self.runs.windows(2).any(|pair| !same(pair[0], pair[1]));
+        let differ = |same: &dyn Fn(&Run, &Run) -> bool| {
+            self.runs.iter().any(|a| self.runs.iter().any(|b| !same(a, b)))
+        };
         if differ(&|a, b| a.task == b.task && a.demonstrations == b.demonstrations) {
             return Some(format!("means over {names}: their tasks or numbers of demonstrations differ."));
         }
-        let data = |run: &Run| run.on_test(Learner::Flow(1)).map(|report| report.data_hash.clone());
-        if differ(&|a, b| data(a) == data(b)) {
-            return Some(format!("means over {names}: they were scored on different episodes."));
+        if differ(&|a, b| same_settings(a, b)) {
+            return Some(format!(
+                "means over {names}: their configurations differ in more than the training seed."
+            ));
+        }
+        if differ(&scored_alike) {
+            return Some(format!(
+                "means over {names}: they were scored on different episodes or noise seeds."
+            ));
         }
         let seeds: Option<Vec<u64>> = self.runs.iter().map(|run| run.training_seed).collect();
         let Some(mut seeds) = seeds else {
@@ -144,6 +151,33 @@ impl<'a> Pool<'a> {
         pooled.retain(|known| known.len() > 1);
         pooled
     }
+}
+
+/// Whether what both trained was trained alike, but for the seed.
+fn same_settings(a: &Run, b: &Run) -> bool {
+    let settings = |run: &Run| run.config.as_ref()?.parse::<toml::Table>().ok();
+    let (Some(mut a), Some(mut b)) = (settings(a), settings(b)) else { return true };
+    for settings in [&mut a, &mut b] {
+        settings.get_mut("train").and_then(|train| train.as_table_mut()?.remove("seed"));
+    }
+    let same = |key: &&str| a.get(*key) == b.get(*key);
+    // Not every run has these policies.
+    let of_both = |key: &&str| !a.contains_key(*key) || !b.contains_key(*key) || same(key);
+    ["data", "model", "train"].iter().all(|key| same(key))
+        && ["reflow", "baseline"].iter().all(|key| of_both(key))
+}
+
+/// Whether the same policies of both were scored on the same episodes with the same noise.
+fn scored_alike(a: &Run, b: &Run) -> bool {
+    let of = |eval: &Eval| {
+        let report = &eval.report;
+        (report.data_hash.clone(), report.episodes, report.seeds.clone())
+    };
+    a.evals.iter().all(|eval| {
+        let mut others =
+            b.evals.iter().filter(|other| other.learner == eval.learner && other.split == eval.split);
+        others.all(|other| of(other) == of(eval))
+    })
 }
 
 impl PooledRow<'_> {

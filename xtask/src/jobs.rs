@@ -29,8 +29,10 @@ pub(crate) struct Job {
 
 /// Runs the jobs of `what` in order, `width` of them at a time, and returns the names of those that failed.
 ///
+/// A job whose output cannot be kept has failed like one that ran; the others go on.
+///
 /// # Errors
-/// A folder or a file for the output that cannot be made.
+/// A folder for the output that cannot be made.
 pub(crate) fn run(what: &str, jobs: Vec<Job>, width: usize) -> Result<Vec<String>> {
     for folder in jobs.iter().filter_map(|job| job.log.parent()) {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -46,8 +48,12 @@ pub(crate) fn run(what: &str, jobs: Vec<Job>, width: usize) -> Result<Vec<String
             let Some(Job { name, mut command, log }) = waiting.pop_front() else { break };
             let place = count - waiting.len();
             say(&format!("{what} {place}/{count}: {name} begins; what it says is in {}", log.display()));
-            let output = File::create(&log).with_context(|| log.display().to_string())?;
-            command.stdout(output.try_clone()?).stderr(output);
+            if let Err(fault) = keep_output(&mut command, &log) {
+                complain(&format!("{name}: {fault:#}"));
+                failed.push(name);
+                done += 1;
+                continue;
+            }
             running.insert(name.clone(), (log, Instant::now()));
             let sender = sender.clone();
             thread::spawn(move || {
@@ -55,6 +61,9 @@ pub(crate) fn run(what: &str, jobs: Vec<Job>, width: usize) -> Result<Vec<String
                 // Nobody listens any more where the caller has given up.
                 let _ = sender.send((name, result));
             });
+        }
+        if running.is_empty() {
+            continue;
         }
         match finished.recv_timeout(LOOK_EVERY) {
             Ok((name, result)) => {
@@ -80,6 +89,13 @@ pub(crate) fn run(what: &str, jobs: Vec<Job>, width: usize) -> Result<Vec<String
         }
     }
     Ok(failed)
+}
+
+/// Sends what `command` says to the file `log`, which begins anew.
+fn keep_output(command: &mut std::process::Command, log: &Path) -> Result<()> {
+    let output = File::create(log).with_context(|| log.display().to_string())?;
+    command.stdout(output.try_clone()?).stderr(output);
+    Ok(())
 }
 
 /// As many as there are processor cores, up to eight.
@@ -128,6 +144,18 @@ mod tests {
         assert_eq!(failed, ["b"]);
         assert_eq!((said("a").as_str(), said("b").as_str()), ("one\ntwo\n", "three\n"));
         assert_eq!(last_line(&folder.join("logs/c.log")), "five");
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_job_whose_output_cannot_be_kept_stops_no_other() {
+        let folder = std::env::temp_dir().join(format!("reseflow-logs-{}", std::process::id()));
+        fs::create_dir_all(folder.join("logs/b.log")).unwrap();
+        let jobs = ["a", "b", "c", "d"].map(|name| job(&folder, name, "echo said"));
+        fs::create_dir_all(folder.join("logs/d.log")).unwrap();
+        assert_eq!(run("test", jobs.into(), 1).unwrap(), ["b", "d"]);
+        let said = |name: &str| fs::read_to_string(folder.join(format!("logs/{name}.log"))).unwrap();
+        assert_eq!(["a", "c"].map(said), ["said\n"; 2]);
         fs::remove_dir_all(folder).unwrap();
     }
 

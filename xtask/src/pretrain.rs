@@ -4,6 +4,7 @@
 //! weights and their configuration; beside the policies lie the run's resolved configuration and a card with the figures.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -102,12 +103,27 @@ fn tasks(folder: &Path) -> Result<Vec<String>> {
 /// Copies the policies of a finished run into `target`, whole or not at all.
 fn install(task: &str, run: &Path, target: &Path) -> Result<()> {
     let aside = target.with_extension("partial");
-    if aside.exists() {
-        fs::remove_dir_all(&aside).with_context(|| aside.display().to_string())?;
+    let clear = || match fs::remove_dir_all(&aside) {
+        Err(fault) if fault.kind() != ErrorKind::NotFound => Err(fault),
+        _ => Ok(()),
+    };
+    clear().with_context(|| aside.display().to_string())?;
+    if let Err(fault) = gather(task, run, &aside) {
+        clear().with_context(|| aside.display().to_string())?;
+        return Err(fault);
     }
+    if target.exists() {
+        fs::remove_dir_all(target).with_context(|| target.display().to_string())?;
+    }
+    fs::rename(&aside, target).with_context(|| target.display().to_string())
+}
+
+/// Copies the policies of a finished run into the folder `aside`, and writes their card.
+fn gather(task: &str, run: &Path, aside: &Path) -> Result<()> {
     let mut policies = serde_json::Map::new();
     for (checkpoint, name, scores) in KINDS {
         let (from, to) = (run.join(checkpoint), aside.join(name));
+        check_order(&from.join("model.safetensors"), &run.join(scores))?;
         fs::create_dir_all(&to).with_context(|| to.display().to_string())?;
         for file in ["config.toml", "model.safetensors"] {
             copy(&from.join(file), &to.join(file))?;
@@ -134,11 +150,19 @@ fn install(task: &str, run: &Path, target: &Path) -> Result<()> {
         "rollouts_of_flow2": summary["series"],
     });
     let text = serde_json::to_string_pretty(&card)? + "\n";
-    fs::write(aside.join("card.json"), text).with_context(|| aside.display().to_string())?;
-    if target.exists() {
-        fs::remove_dir_all(target).with_context(|| target.display().to_string())?;
+    fs::write(aside.join("card.json"), text).with_context(|| aside.display().to_string())
+}
+
+/// Scores that are older than the weights are those of others: the run is being made again.
+fn check_order(weights: &Path, scores: &Path) -> Result<()> {
+    let written = |path: &Path| {
+        path.metadata().and_then(|file| file.modified()).with_context(|| path.display().to_string())
+    };
+    if written(scores)? < written(weights)? {
+        let (scores, weights) = (scores.display(), weights.display());
+        bail!("{scores} is older than {weights}: it tells of other weights, and the run is not finished");
     }
-    fs::rename(&aside, target).with_context(|| target.display().to_string())
+    Ok(())
 }
 
 /// What a policy reached, for every number of steps.
@@ -170,6 +194,7 @@ fn copy(from: &Path, to: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::{Duration, SystemTime};
 
     #[test]
     fn every_task_of_the_paper_has_a_configuration() {
@@ -215,6 +240,16 @@ mod tests {
         fs::remove_file(run.join("eval-2.json")).unwrap();
         assert!(install("door", &run, &target).is_err());
         assert_eq!(fs::read_to_string(target.join("flow1/model.safetensors")).unwrap(), "checkpoint");
+        assert!(!folder.join("assets/door.partial").exists(), "half a folder would be taken for a task");
+
+        fs::write(run.join("eval-2.json"), eval.to_string()).unwrap();
+        let scores = fs::File::options().write(true).open(run.join("eval.json")).unwrap();
+        scores.set_modified(SystemTime::now() - Duration::from_secs(60)).unwrap();
+        let fault = install("door", &run, &target).unwrap_err().to_string();
+        assert!(fault.contains("it tells of other weights"), "{fault}");
+        scores.set_modified(SystemTime::now()).unwrap();
+        install("door", &run, &target).unwrap();
+        assert_eq!(fs::read_to_string(target.join("flow1/model.safetensors")).unwrap(), "other");
         fs::remove_dir_all(folder).unwrap();
     }
 }

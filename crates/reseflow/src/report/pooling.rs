@@ -160,11 +160,10 @@ fn same_settings(a: &Run, b: &Run) -> bool {
     for settings in [&mut a, &mut b] {
         settings.get_mut("train").and_then(|train| train.as_table_mut()?.remove("seed"));
     }
-    let same = |key: &&str| a.get(*key) == b.get(*key);
+    let same = |key: &str| a.get(key) == b.get(key);
     // Not every run has these policies.
-    let of_both = |key: &&str| !a.contains_key(*key) || !b.contains_key(*key) || same(key);
-    ["data", "model", "train"].iter().all(|key| same(key))
-        && ["reflow", "baseline"].iter().all(|key| of_both(key))
+    let of_both = |key: &str| !a.contains_key(key) || !b.contains_key(key) || same(key);
+    ["data", "model", "train"].into_iter().all(same) && ["reflow", "baseline"].into_iter().all(of_both)
 }
 
 /// Whether the same policies of both were scored on the same episodes with the same noise.

@@ -6,6 +6,7 @@ mod configuration;
 mod damage;
 mod equivariance;
 mod flows;
+mod half_turns;
 mod learning;
 mod reflow;
 mod regressor;

@@ -91,9 +91,10 @@ pub(crate) fn run(what: &str, jobs: Vec<Job>, width: usize) -> Result<Vec<String
     Ok(failed)
 }
 
-/// Sends what `command` says to the file `log`, which begins anew.
+/// Sends what `command` says to the end of the file `log`.
 fn keep_output(command: &mut std::process::Command, log: &Path) -> Result<()> {
-    let output = File::create(log).with_context(|| log.display().to_string())?;
+    let output =
+        File::options().create(true).append(true).open(log).with_context(|| log.display().to_string())?;
     command.stdout(output.try_clone()?).stderr(output);
     Ok(())
 }

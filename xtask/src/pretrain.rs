@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 
 use crate::jobs::{self, Job, default_width};
-use crate::process::{self, Failure, cargo, reseflow, say};
+use crate::process::{Failure, Program, complain, say};
 use crate::workspace;
 
 /// The configurations.
@@ -57,15 +57,23 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     let wanted: Vec<&String> =
         tasks.iter().filter(|task| args.task.is_empty() || args.task.contains(task)).collect();
-    let failed = if args.as_is { Vec::new() } else { train(&wanted, args.jobs)? };
-    for task in wanted.iter().filter(|task| !failed.contains(task)) {
-        install(task, &root.join(RUNS).join(task), &root.join(POLICIES).join(task))?;
-        say(&format!("pretrain: {POLICIES}/{task} is installed"));
+    let mut failed = if args.as_is { Vec::new() } else { train(&wanted, args.jobs)? };
+    for task in wanted {
+        if failed.contains(task) {
+            continue;
+        }
+        match install(task, &root.join(RUNS).join(task), &root.join(POLICIES).join(task)) {
+            Ok(()) => say(&format!("pretrain: {POLICIES}/{task} is installed")),
+            Err(fault) => {
+                complain(&format!("{task}: {fault:#}"));
+                failed.push(task.clone());
+            }
+        }
     }
     match failed.as_slice() {
         [] => Ok(()),
         failed => Err(Failure::new(format!(
-            "not trained: {}; the same command again goes on from what is done",
+            "not installed: {}; the same command again goes on from what is done",
             failed.join(", ")
         ))
         .into()),
@@ -74,14 +82,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 
 /// Builds in release and trains; returns the tasks that failed.
 fn train(tasks: &[&String], width: Option<NonZeroUsize>) -> Result<Vec<String>> {
-    say("pretrain: building reseflow in release (a first build takes several minutes)");
-    process::run(
-        "the build of reseflow",
-        &mut cargo(["build", "--release", "--locked", "--package", "reseflow"]),
-    )?;
+    let program = Program::build(&workspace::root().join(RUNS))?;
     let jobs = tasks.iter().map(|task| Job {
         name: (*task).clone(),
-        command: reseflow(&["run".to_owned(), format!("{CONFIGS}/{task}.toml")]),
+        command: program.with(&["run".to_owned(), format!("{CONFIGS}/{task}.toml")]),
         log: workspace::root().join(format!("{RUNS}/{task}.log")),
     });
     jobs::run("pretrain", jobs.collect(), width.map_or_else(default_width, NonZeroUsize::get))
@@ -142,6 +146,7 @@ fn gather(task: &str, run: &Path, aside: &Path) -> Result<()> {
         "command": format!("cargo xtask pretrain --task {task}"),
         "commit": eval["provenance"]["commit"],
         "demonstrations": summary["config"]["data"]["train_episodes"],
+        "disturbed_share": summary["config"]["data"]["disturbed_share"].as_f64().unwrap_or(0.0),
         "seed": summary["config"]["train"]["seed"],
         "training_secs": stages(&summary),
         "test_episodes": eval["episodes"],

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result};
@@ -44,11 +45,44 @@ pub(crate) fn cargo<S: AsRef<str>>(arguments: impl IntoIterator<Item = S>) -> Co
     command
 }
 
-/// `reseflow` with these words, in release.
-pub(crate) fn reseflow(words: &[String]) -> Command {
-    let mut command = cargo(["run", "--quiet", "--release", "--locked", "--package", "reseflow", "--"]);
-    command.args(words);
-    command
+/// `reseflow`, built in release and copied aside, so that sources which change during hours of runs change none of them.
+#[derive(Debug)]
+pub(crate) struct Program(PathBuf);
+
+impl Program {
+    /// Builds it; the copy lies in `folder`.
+    ///
+    /// # Errors
+    /// A [`Failure`] where the build failed, and a copy that cannot be made.
+    pub(crate) fn build(folder: &Path) -> Result<Self> {
+        say("building reseflow in release (a first build takes several minutes)");
+        let build = ["build", "--release", "--locked", "--package", "reseflow"];
+        run("the build of reseflow", &mut cargo(build))?;
+        let output = cargo(["metadata", "--no-deps", "--locked", "--format-version", "1"])
+            .stderr(Stdio::inherit())
+            .output()
+            .context("cannot start cargo metadata")?;
+        let metadata: serde_json::Value =
+            serde_json::from_slice(&output.stdout).context("reading cargo metadata")?;
+        let target =
+            metadata["target_directory"].as_str().context("cargo metadata names no target folder")?;
+        let name = format!("reseflow{}", std::env::consts::EXE_SUFFIX);
+        let built = Path::new(target).join("release").join(&name);
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        let copy = folder.join(&name);
+        // Not over a program that may be running.
+        let partial = folder.join(format!("{name}.partial"));
+        std::fs::copy(&built, &partial).with_context(|| built.display().to_string())?;
+        std::fs::rename(&partial, &copy).with_context(|| copy.display().to_string())?;
+        Ok(Self(copy))
+    }
+
+    /// The program with these words, in the workspace root.
+    pub(crate) fn with(&self, words: &[String]) -> Command {
+        let mut command = Command::new(&self.0);
+        command.current_dir(workspace::root()).args(words);
+        command
+    }
 }
 
 /// Whether `cargo <subcommand>` exists here.

@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::Result;
 
 use crate::jobs::{self, Job, clock, default_width};
-use crate::process::{self, Failure, cargo, reseflow, say};
+use crate::process::{self, Failure, Program, say};
 use crate::workspace;
 use plan::{Experiment, Pipeline, Plan};
 
@@ -57,23 +57,19 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         return Ok(());
     }
 
-    say("reproduce: building reseflow in release (a first build takes several minutes)");
-    process::run(
-        "the build of reseflow",
-        &mut cargo(["build", "--release", "--locked", "--package", "reseflow"]),
-    )?;
+    let program = Program::build(&workspace::root().join(plan.output()))?;
     let started = Instant::now();
     let width = args.jobs.map_or_else(default_width, NonZeroUsize::get);
     let jobs = experiments.iter().map(|experiment| Job {
         name: experiment.name.clone(),
-        command: reseflow(&plan.words(experiment)),
+        command: program.with(&plan.words(experiment)),
         log: workspace::root().join(plan.folder(&format!("{}.log", experiment.name))),
     });
     let failed = jobs::run("reproduce", jobs.collect(), width)?;
     let done: Vec<&Experiment> =
         experiments.iter().copied().filter(|experiment| !failed.contains(&experiment.name)).collect();
     if !done.is_empty() {
-        process::run("the report", &mut reseflow(&report(&plan, pipeline, &done)))?;
+        process::run("the report", &mut program.with(&report(&plan, pipeline, &done)))?;
     }
     if !failed.is_empty() {
         let (failed, count) = (failed.join(", "), failed.len());

@@ -20,7 +20,8 @@ impl Shove {
     /// The shove comes where the task says that it matters, and the expert notices after one to three actions, like the policies that
     /// will learn from it.
     pub(crate) fn draw(key: &EpisodeKey, share: f64, spec: &TaskSpec) -> Option<Self> {
-        let mut rng = key.rng("disturbance");
+        // An attempt that fails is made again with a shove, so that the share stays what was asked for.
+        let mut rng = EpisodeKey { attempt: 0, ..key.clone() }.rng("disturbance");
         if rng.random::<f64>() >= share {
             return None;
         }

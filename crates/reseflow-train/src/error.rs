@@ -72,7 +72,9 @@ pub enum TrainError {
     #[error("the data set holds no episode")]
     NoData,
     /// An episode without a target.
-    #[error("episode {index} holds no action, expected at least one")]
+    #[error(
+        "episode {index} holds no action to learn, expected at least one, after a disturbance at least one that answers it"
+    )]
     NoActions {
         /// The episode.
         index: usize,

@@ -149,10 +149,11 @@ impl<'a> Mixture<'a> {
         let mut episodes = vec![Vec::new(); demonstrations.episodes.len()];
         for (index, WindowPairs { window, pairs }) in pairs.iter().enumerate() {
             let Window { episode, step } = *window;
-            let steps = demonstrations.episodes.get(episode).map_or(0, |recorded| recorded.actions.len());
-            if step >= steps {
+            let recorded = demonstrations.episodes.get(episode);
+            let steps = recorded.map_or(0..0, |recorded| recorded.first_step()..recorded.actions.len());
+            if !steps.contains(&step) {
                 return Err(TrainError::Pairs(format!(
-                    "window {index} is step {step} of episode {episode}, which the demonstrations do not have"
+                    "window {index} is step {step} of episode {episode}, which the demonstrations do not have, or do not begin a window at"
                 )));
             }
             let lengths = pairs.iter().flat_map(|pair| [pair.noise.len(), pair.image.len()]);

@@ -184,7 +184,7 @@ fn check_data(data: &Dataset) -> Result<(), TrainError> {
     if data.episodes.is_empty() {
         return Err(TrainError::NoData);
     }
-    match data.episodes.iter().position(|episode| episode.actions.is_empty()) {
+    match data.episodes.iter().position(|episode| episode.actions.len() <= episode.first_step()) {
         Some(index) => Err(TrainError::NoActions { index }),
         None => Ok(()),
     }

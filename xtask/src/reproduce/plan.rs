@@ -99,6 +99,11 @@ impl Plan {
         words
     }
 
+    /// The folder of the runs' folders.
+    pub(super) fn output(&self) -> &str {
+        &self.output
+    }
+
     /// The folder of the run, or of the report, called `name`.
     pub(super) fn folder(&self, name: &str) -> String {
         format!("{}/{name}", self.output)

@@ -1,6 +1,13 @@
 //! Actions: commanded gripper poses with an opening, and chunks of them.
 
-use reseflow_lie::SE3;
+use std::f64::consts::PI;
+
+use reseflow_lie::{SE3, SO3, Vector3};
+
+/// Half a turn about the approach axis, z: after it the gripper is where it was, with its fingers exchanged.
+pub fn gripper_half_turn() -> SE3 {
+    SE3::new(SO3::exp(&Vector3::new(0.0, 0.0, PI)), Vector3::zeros())
+}
 
 /// The command in force at the end of one action step.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -21,7 +21,7 @@ mod scene;
 mod task;
 mod window;
 
-pub use action::{Action, ActionChunk};
+pub use action::{Action, ActionChunk, gripper_half_turn};
 pub use atomic_file::write_atomically;
 pub use cloud::PointCloud;
 pub use dataset::{DATASET_VERSION, Dataset, DatasetFile, DatasetMeta, DatasetSummary, HashCheck, PoseRange};

@@ -1,9 +1,7 @@
 //! The half-turn of a gripper whose fingers are alike.
 
-use std::f64::consts::PI;
-
-use reseflow_data::ActionChunk;
-use reseflow_lie::{SE3, SO3, Vector3, geodesic_distance};
+use reseflow_data::{ActionChunk, gripper_half_turn};
+use reseflow_lie::{SE3, geodesic_distance};
 
 use crate::PolicySample;
 
@@ -14,20 +12,15 @@ pub(crate) fn take_nearest_half_turn(sample: &mut PolicySample, world_from_gripp
     let Some(first) = sample.consensus.iter().next() else { return };
     let away = |pose: &SE3| geodesic_distance(world_from_gripper, pose).rotation_rad;
     let pose = first.world_from_gripper;
-    if away(&(pose * half_turn())) < away(&pose) {
+    if away(&(pose * gripper_half_turn())) < away(&pose) {
         turn(&mut sample.consensus);
         sample.nodes.iter_mut().for_each(turn);
     }
 }
 
-/// Half a turn about the approach axis, z.
-fn half_turn() -> SE3 {
-    SE3::new(SO3::exp(&Vector3::new(0.0, 0.0, PI)), Vector3::zeros())
-}
-
 fn turn(chunk: &mut ActionChunk) {
     for action in &mut chunk.0 {
-        action.world_from_gripper = action.world_from_gripper * half_turn();
+        action.world_from_gripper = action.world_from_gripper * gripper_half_turn();
     }
 }
 
@@ -35,7 +28,8 @@ fn turn(chunk: &mut ActionChunk) {
 mod tests {
     use super::*;
     use reseflow_data::Action;
-    use reseflow_lie::BodyTwist;
+    use reseflow_lie::{BodyTwist, SO3, Vector3};
+    use std::f64::consts::FRAC_PI_2;
 
     fn pose(angular: [f64; 3], x_m: f64) -> SE3 {
         SE3::new(SO3::exp(&Vector3::from(angular)), Vector3::new(x_m, 0.0, 0.0))
@@ -68,13 +62,13 @@ mod tests {
                 all.flat_map(|chunk| chunk.0.clone()).collect::<Vec<_>>()
             };
             for (before, after) in chunks(&before).iter().zip(chunks(&after)) {
-                let expected = before.world_from_gripper * half_turn();
+                let expected = before.world_from_gripper * gripper_half_turn();
                 assert!(geodesic_distance(&after.world_from_gripper, &expected).d_geo() < 1e-12);
                 assert_eq!(after.opening, before.opening);
             }
             take_nearest_half_turn(&mut after, &gripper);
             let first = after.consensus.0[0].world_from_gripper;
-            assert!(geodesic_distance(&first, &gripper).rotation_rad < PI / 2.0, "it stays where it is");
+            assert!(geodesic_distance(&first, &gripper).rotation_rad < FRAC_PI_2, "it stays where it is");
         }
     }
 

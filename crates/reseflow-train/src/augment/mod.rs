@@ -9,12 +9,10 @@ mod points;
 mod scaling;
 mod turn;
 
-use std::f64::consts::PI;
-
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use reseflow_data::{Action, ActionChunk, Observation};
-use reseflow_lie::{SE3, SO3, Vector3};
+use reseflow_data::{Action, ActionChunk, Observation, gripper_half_turn};
+use reseflow_lie::SE3;
 
 use bend::Bend;
 pub use config::AugmentConfig;
@@ -151,7 +149,7 @@ impl Augmentation {
 
     fn half_turn(&self, pose: &mut SE3) {
         if self.is_half_turned {
-            pose.rotation = pose.rotation * SO3::exp(&(Vector3::z() * PI));
+            *pose = *pose * gripper_half_turn();
         }
     }
 }
@@ -174,7 +172,7 @@ mod tests {
     use super::*;
     use rand_chacha::rand_core::SeedableRng;
     use reseflow_data::PointCloud;
-    use reseflow_lie::geodesic_distance;
+    use reseflow_lie::{SO3, Vector3, geodesic_distance};
 
     fn rng(seed: u64) -> ChaCha8Rng {
         ChaCha8Rng::seed_from_u64(seed)

@@ -1,9 +1,7 @@
 //! How far a predicted trajectory is from the expert's (the ReSeFlow paper, equations "dgeo" and "avg_dgeo").
 
-use std::f64::consts::PI;
-
-use reseflow_data::{Action, ActionChunk};
-use reseflow_lie::{GeodesicDistance, SE3, SO3, Vector3, geodesic_distance};
+use reseflow_data::{Action, ActionChunk, gripper_half_turn};
+use reseflow_lie::{GeodesicDistance, SE3, geodesic_distance};
 
 use super::mean;
 
@@ -30,10 +28,9 @@ impl TrajectoryError {
             pairs.iter().map(|(p, t)| geodesic_distance(&turned(p), &t.world_from_gripper)).collect()
         };
         let poses = distance(&SE3::identity());
-        let half_turn = SE3::new(SO3::exp(&Vector3::new(0.0, 0.0, PI)), Vector3::zeros());
         let openings: Vec<f64> = pairs.iter().map(|(p, t)| (p.opening - t.opening).abs()).collect();
         Some(Self {
-            half_turn_d_geo: mean_d_geo(&poses)?.min(mean_d_geo(&distance(&half_turn))?),
+            half_turn_d_geo: mean_d_geo(&poses)?.min(mean_d_geo(&distance(&gripper_half_turn()))?),
             opening: mean(&openings)?,
             poses,
         })
@@ -52,6 +49,8 @@ fn mean_d_geo(poses: &[GeodesicDistance]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use reseflow_lie::{SO3, Vector3};
+    use std::f64::consts::PI;
 
     fn action(angle_rad: f64, x_m: f64, opening: f64) -> Action {
         let rotation = SO3::exp(&Vector3::new(0.0, 0.0, angle_rad));

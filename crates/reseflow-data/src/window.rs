@@ -2,6 +2,7 @@
 //!
 //! Windows hold indices only; clouds stay where they are.
 
+use crate::observation::grasp_step;
 use crate::{Action, Episode, Observation};
 
 /// The weight of a target that repeats the last action past the episode's end.
@@ -52,6 +53,15 @@ impl Window {
     ) -> impl ExactSizeIterator<Item = &'a Observation> + use<'a> {
         let (observations, step) = (&episodes[self.episode].observations, self.step);
         (0..horizon.max(1)).rev().map(move |back| &observations[step.saturating_sub(back)])
+    }
+
+    /// The step at which the gripper took hold: the last one up to this in whose frame its fingers are open, the first where they never
+    /// are. See [`ObservationHistory::world_from_grasp`](crate::ObservationHistory::world_from_grasp).
+    ///
+    /// # Panics
+    /// When the window is not one of `episodes`.
+    pub fn grasp_step(&self, episodes: &[Episode]) -> usize {
+        grasp_step(&episodes[self.episode].observations, self.step)
     }
 
     /// The `horizon` actions from this step on; past the end the last one repeats.

@@ -78,7 +78,9 @@ impl Workload {
         };
         let graphs = (0..frames).map(|_| (0..scenes).map(|_| graph()).collect()).collect();
         let mut grippers = |count: usize| (0..count).map(|_| gripper(&mut rng)).collect::<Vec<_>>();
-        let states = (0..scenes).map(|_| SceneState { frames: grippers(frames), progress: 0.3 }).collect();
+        let states = (0..scenes)
+            .map(|_| SceneState { frames: grippers(frames), grasp: grippers(1)[0], progress: 0.3 })
+            .collect();
         let noise = (0..scenes).map(|_| grippers(horizon)).collect();
         let net = config.init(&device, &mut rng).expect("the sizes make sense");
         Workload { device, net, graphs, states, noise, times: vec![0.4; scenes] }

@@ -9,7 +9,7 @@ use rand::Rng;
 use crate::error::check_numbers;
 use crate::init::{linear, linear_around, normal};
 use crate::scene_batch::floats;
-use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M, fourier, gripper_vectors};
+use crate::tokens::{FOURIER_WIDTH, OFFSET_SCALE_M, TOKEN_VECTORS, fourier, gripper_vectors};
 use crate::{DecoderConfig, EncodedScenes, Features, GripperState, NetError, Parameterisation};
 
 /// What is known about a scene besides its clouds.
@@ -17,6 +17,8 @@ use crate::{DecoderConfig, EncodedScenes, Features, GripperState, NetError, Para
 pub struct SceneState {
     /// The gripper in each of the O frames, oldest first.
     pub frames: Vec<GripperState>,
+    /// The gripper when it took hold; its opening plays no part. For networks with [`DecoderConfig::grasp_memory`].
+    pub grasp: GripperState,
     /// Executed action steps over the episode's length, in \[0, 1\].
     pub progress: f64,
 }
@@ -47,13 +49,16 @@ pub(crate) struct ContextEncoder {
     skip: Linear,
     #[module(skip)]
     frames: usize,
+    #[module(skip)]
+    grasp_memory: bool,
 }
 
 impl ContextEncoder {
     /// Draws the weights.
     pub(crate) fn new<R: Rng + ?Sized>(config: &DecoderConfig, device: &Device, rng: &mut R) -> Self {
-        let DecoderConfig { frames, nodes, channels, .. } = *config;
-        let vector_inputs = frames * (nodes * (channels + 1) + 4);
+        let DecoderConfig { frames, nodes, channels, grasp_memory, .. } = *config;
+        let vector_inputs =
+            frames * (nodes * (channels + 1) + TOKEN_VECTORS) + usize::from(grasp_memory) * TOKEN_VECTORS;
         Self {
             frame_embedding: normal([frames, channels], 0.3, device, rng),
             scalars: linear(
@@ -66,6 +71,7 @@ impl ContextEncoder {
             vectors: linear([vector_inputs, config.token_vectors], 1.0, false, device, rng),
             skip: skip(config, vector_inputs, device, rng),
             frames,
+            grasp_memory,
         }
     }
 
@@ -104,6 +110,7 @@ impl ContextEncoder {
             for (frame, gripper) in state.frames.iter().enumerate() {
                 gripper.check("gripper state", scene * self.frames + frame)?;
             }
+            state.grasp.check("grasp", scene)?;
             check_numbers("progress", scene, [state.progress])?;
         }
         let [rows, channels] = latest.nodes.scalars.dims();
@@ -125,13 +132,12 @@ impl ContextEncoder {
         let vectors = Tensor::cat(vectors, 2);
         let [_, _, _, vector_width] = vectors.dims();
 
-        let scene_vectors = Tensor::cat(
-            vec![
-                vectors.clone().reshape([3, scenes, self.frames * vector_width]),
-                grippers(states, &origins_m, &device),
-            ],
-            2,
-        );
+        let mut parts = vec![vectors.clone().reshape([3, scenes, self.frames * vector_width])];
+        if self.grasp_memory {
+            parts.push(grippers(states, |state| std::slice::from_ref(&state.grasp), &origins_m, &device));
+        }
+        parts.push(grippers(states, |state| &state.frames, &origins_m, &device));
+        let scene_vectors = Tensor::cat(parts, 2);
         let scene_scalars = Tensor::cat(
             vec![scalars.clone().reshape([scenes, self.frames * nodes * channels]), known(states, &device)],
             1,
@@ -197,17 +203,22 @@ fn centres(frames: &[EncodedScenes], origins_m: &[[f64; 3]], device: &Device) ->
     Features { scalars: scalars.reshape([rows, channels]), vectors: vectors.reshape([3, rows, width]) }
 }
 
-/// The grippers of all frames as vectors, `[3, B, 4·O]`.
-fn grippers(states: &[SceneState], origins_m: &[[f64; 3]], device: &Device) -> Tensor<3> {
-    let frames = states.first().map_or(0, |state| state.frames.len());
+/// The grippers that `choose` picks of each scene, G of them, as vectors, `[3, B, 4·G]`.
+fn grippers(
+    states: &[SceneState],
+    choose: impl Fn(&SceneState) -> &[GripperState] + Copy,
+    origins_m: &[[f64; 3]],
+    device: &Device,
+) -> Tensor<3> {
+    let count = states.first().map_or(0, |state| choose(state).len());
     let values = (0..3)
         .flat_map(|axis| {
             (states.iter().zip(origins_m)).flat_map(move |(state, origin)| {
-                state.frames.iter().flat_map(move |gripper| gripper_vectors(gripper, origin, axis))
+                choose(state).iter().flat_map(move |gripper| gripper_vectors(gripper, origin, axis))
             })
         })
         .collect();
-    floats(values, [3, states.len(), 4 * frames], device)
+    floats(values, [3, states.len(), TOKEN_VECTORS * count], device)
 }
 
 /// Openings and progress, `[B, O + 16]`.

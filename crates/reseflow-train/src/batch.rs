@@ -7,12 +7,13 @@ use reseflow_data::{ActionChunk, Dataset, Observation, Window};
 use reseflow_flow::{
     EndpointTargets, LossContext, LossParts, NodeTargets, PriorFrame, TwistTargets, endpoint_loss, twist_loss,
 };
-use reseflow_lie::Vector3;
+use reseflow_lie::{SE3, Vector3};
 use reseflow_net::{DecoderConfig, DriftNet, HeatMap, Parameterisation, TokenBatch};
 
 use crate::augment::{Augmentation, drop_points, jitter};
 use crate::convert::{endpoint_tensors, tokens, twist_tensors};
 use crate::field::{Seen, encode};
+use crate::half_turn::close_along_motion;
 use crate::reflow::Example;
 use crate::{TrainConfig, TrainError, TrainRequest};
 
@@ -22,6 +23,8 @@ pub(crate) struct Scene {
     pub(crate) window: Window,
     /// The O frames, oldest first.
     pub(crate) observed: Vec<Observation>,
+    /// Where the gripper took hold.
+    world_from_grasp: SE3,
     /// What a prior looks at.
     pub(crate) prior_frame: PriorFrame,
     /// The demonstrated actions.
@@ -29,6 +32,7 @@ pub(crate) struct Scene {
     /// How much each of them counts.
     pub(crate) weights: Vec<f64>,
     augmentation: Augmentation,
+    fingers_are_alike: bool,
 }
 
 impl Scene {
@@ -49,14 +53,44 @@ impl Scene {
         let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
         observed.iter_mut().for_each(|seen| jitter(&mut seen.cloud, train.augment.jitter_m, rng));
         let weights = wanted.iter().map(|target| target.weight()).collect();
-        let mut clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-        augmentation.actions(&mut clean);
-        Self { window, observed, prior_frame, clean, weights, augmentation }
+        let world_from_grasp = match window.grasp_step(&data.episodes) {
+            now if now == window.step => prior_frame.world_from_gripper,
+            earlier => {
+                augmentation.earlier(data.episodes[window.episode].observations[earlier].world_from_gripper)
+            }
+        };
+        let clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
+        let fingers_are_alike = decoder.nearest_half_turn;
+        let mut scene = Self {
+            window,
+            observed,
+            world_from_grasp,
+            prior_frame,
+            clean: ActionChunk::default(),
+            weights,
+            augmentation,
+            fingers_are_alike,
+        };
+        scene.clean = scene.taught(clean);
+        scene
+    }
+
+    /// Actions as the network is to answer with, from those that belong to the scene as it was recorded.
+    fn taught(&self, mut actions: ActionChunk) -> ActionChunk {
+        self.augmentation.actions(&mut actions);
+        if self.fingers_are_alike {
+            close_along_motion(&mut actions);
+        }
+        actions
     }
 
     /// What the network is shown.
     pub(crate) fn seen(&self) -> Seen<'_> {
-        (self.observed.iter().collect(), self.window.step)
+        Seen {
+            frames: self.observed.iter().collect(),
+            world_from_grasp: self.world_from_grasp,
+            elapsed: self.window.step,
+        }
     }
 }
 
@@ -79,11 +113,10 @@ pub(crate) fn shard_loss(
         drawn.push(window);
         let scene = Scene::draw(window, data, decoder, train, rng);
         let (noise, clean) = match mixed {
-            Some(Example { mut noise, mut clean, .. }) => {
+            Some(Example { mut noise, clean, .. }) => {
                 // Both belong to the scene as it was recorded.
                 scene.augmentation.noise(&mut noise);
-                scene.augmentation.actions(&mut clean);
-                (noise, clean)
+                (noise, scene.taught(clean))
             }
             None => (model.start(&scene.prior_frame, rng), scene.clean.clone()),
         };
@@ -164,4 +197,84 @@ fn target_tensors(chunks: &[ActionChunk], origins_m: &[[f64; 3]], device: &Devic
         })
     });
     endpoint_tensors(actions, device)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::rand_core::SeedableRng;
+    use reseflow_data::{Action, Episode, PointCloud};
+    use reseflow_lie::{SE3, SO3, geodesic_distance};
+
+    use crate::AugmentConfig;
+
+    const STEPS: usize = 4;
+
+    /// A gripper that goes along +y, closes on something before its last two steps, and closes against its motion.
+    fn against_its_motion() -> Dataset {
+        let pose = |at: usize| {
+            SE3::new(
+                SO3::exp(&(Vector3::z() * std::f64::consts::PI)),
+                Vector3::new(0.0, 0.05 * at as f64, 0.0),
+            )
+        };
+        let cloud = PointCloud { points: vec![[0.0; 3], [0.1, 0.0, 0.0]], colors: vec![[9; 3]; 2] };
+        let opening = |at: usize| if at < 2 { 1.0 } else { 0.3 };
+        let observation = |at: usize| Observation {
+            cloud: cloud.clone(),
+            world_from_gripper: pose(at),
+            gripper_opening: opening(at),
+        };
+        let action = |at: usize| Action { world_from_gripper: pose(at + 1), opening: 0.0 };
+        let episode = Episode {
+            observations: (0..STEPS).map(observation).collect(),
+            actions: (0..STEPS).map(action).collect(),
+            alternative: None,
+            disturbance: None,
+        };
+        Dataset { episodes: vec![episode], meta: None }
+    }
+
+    fn scene(step: usize, nearest_half_turn: bool, augment: AugmentConfig, seed: u64) -> Scene {
+        let decoder =
+            DecoderConfig { horizon: STEPS, frames: 1, nearest_half_turn, ..DecoderConfig::default() };
+        let train = TrainConfig { augment, ..TrainConfig::default() };
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        Scene::draw(Window { episode: 0, step }, &against_its_motion(), &decoder, &train, &mut rng)
+    }
+
+    #[test]
+    fn grippers_whose_fingers_are_alike_are_taught_to_close_along_their_motion() {
+        let augment = AugmentConfig { half_turn_share: 0.5, ..AugmentConfig::NONE };
+        let mut against = [0; 2];
+        for seed in 0..40 {
+            for (alike, against) in [false, true].into_iter().zip(&mut against) {
+                let taught = scene(0, alike, augment, seed).clean;
+                let closing = taught.0[0].world_from_gripper.rotation.act(&Vector3::y());
+                *against += usize::from(closing.y < 0.0);
+            }
+        }
+        assert!((10..30).contains(&against[0]) && against[1] == 0, "{against:?}");
+    }
+
+    #[test]
+    fn the_network_is_shown_where_the_gripper_took_hold() {
+        let recorded = against_its_motion().episodes.remove(0).observations;
+        for (step, grasp) in [(0, 0), (1, 1), (2, 1), (3, 1)] {
+            let scene = scene(step, false, AugmentConfig::NONE, 1);
+            let seen = scene.seen();
+            let off = geodesic_distance(&seen.world_from_grasp, &recorded[grasp].world_from_gripper);
+            assert!(off.d_geo() < 1e-12, "step {step}: {off:?}");
+        }
+        // Where the gripper is free it is its own pose, however it was moved; later the distance to it stays.
+        let augment = AugmentConfig { gripper_std_m: 0.05, mirror_share: 0.5, ..AugmentConfig::NONE };
+        for seed in 0..20 {
+            let free = scene(0, false, augment, seed);
+            let off = geodesic_distance(&free.seen().world_from_grasp, &free.observed[0].world_from_gripper);
+            assert!(off.d_geo() < 1e-12, "{off:?}");
+            let held = scene(3, false, augment, seed);
+            let off = geodesic_distance(&held.seen().world_from_grasp, &held.observed[0].world_from_gripper);
+            assert!((off.translation_m - 0.1).abs() < 1e-9 && off.rotation_rad < 1e-9, "{off:?}");
+        }
+    }
 }

@@ -4,6 +4,7 @@
 use burn::tensor::Device;
 use reseflow_data::{ActionChunk, Observation, ObservationHistory};
 use reseflow_flow::{ChunkVelocity, DriftField, Flow, FlowError, TwistField};
+use reseflow_lie::SE3;
 use reseflow_net::{
     DriftNet, EncodedScenes, NetError, Parameterisation, SceneContext, SceneState, TokenBatch,
 };
@@ -66,12 +67,28 @@ impl<'a> NetField<'a> {
     }
 }
 
-/// A scene as it was observed: its frames, oldest first, and the action steps executed so far.
-pub(crate) type Seen<'a> = (Vec<&'a Observation>, usize);
+/// A scene as it was observed.
+#[derive(Debug, Clone)]
+pub(crate) struct Seen<'a> {
+    /// The O frames, oldest first.
+    pub(crate) frames: Vec<&'a Observation>,
+    /// Where the gripper took hold.
+    pub(crate) world_from_grasp: SE3,
+    /// Action steps executed so far.
+    pub(crate) elapsed: usize,
+}
 
 /// The scenes that `histories` end in.
 pub(crate) fn scenes_of(histories: &[ObservationHistory]) -> Vec<Seen<'_>> {
-    histories.iter().map(|history| (history.frames().collect(), history.elapsed_steps())).collect()
+    let seen = |history| {
+        let history: &ObservationHistory = history;
+        Seen {
+            frames: history.frames().collect(),
+            world_from_grasp: history.world_from_grasp(),
+            elapsed: history.elapsed_steps(),
+        }
+    };
+    histories.iter().map(seen).collect()
 }
 
 /// The share of the horizon that is over.
@@ -87,23 +104,23 @@ pub(crate) fn encode(
 ) -> Result<(Vec<EncodedScenes>, SceneContext), TrainError> {
     let config = net.config();
     let expected = config.decoder.frames;
-    if let Some((observed, _)) = scenes.iter().find(|(observed, _)| observed.len() != expected) {
-        return Err(NetError::Mismatch { what: "observation frames", expected, got: observed.len() }.into());
+    if let Some(odd) = scenes.iter().find(|scene| scene.frames.len() != expected) {
+        return Err(NetError::Mismatch { what: "observation frames", expected, got: odd.frames.len() }.into());
     }
     let states: Vec<SceneState> = scenes
         .iter()
-        .map(|(observed, elapsed)| SceneState {
-            frames: observed
-                .iter()
+        .map(|scene| SceneState {
+            frames: (scene.frames.iter())
                 .map(|seen| token(&seen.world_from_gripper, seen.gripper_opening))
                 .collect(),
-            progress: progress(*elapsed, config.decoder.horizon),
+            grasp: token(&scene.world_from_grasp, 0.0),
+            progress: progress(scene.elapsed, config.decoder.horizon),
         })
         .collect();
     let mut frames = Vec::with_capacity(config.decoder.frames);
     for frame in 0..config.decoder.frames {
         let graphs: Result<Vec<_>, _> =
-            scenes.iter().map(|(observed, _)| graph(observed[frame], &config.encoder.graph)).collect();
+            scenes.iter().map(|scene| graph(scene.frames[frame], &config.encoder.graph)).collect();
         let grippers: Vec<_> = states.iter().map(|state| state.frames[frame]).collect();
         frames.push(net.encode(&graphs?, &grippers, device)?);
     }

@@ -1,7 +1,7 @@
-//! The half-turn of a gripper whose fingers are alike.
+//! The half-turn of a gripper whose fingers are alike: which of two trajectories that do the same is taught, and which is taken.
 
 use reseflow_data::{ActionChunk, gripper_half_turn};
-use reseflow_lie::{SE3, geodesic_distance};
+use reseflow_lie::{SE3, Vector3, geodesic_distance};
 
 use crate::PolicySample;
 
@@ -18,6 +18,25 @@ pub(crate) fn take_nearest_half_turn(sample: &mut PolicySample, world_from_gripp
     }
 }
 
+/// A trajectory that moves less than this along the closing direction does not say which half-turn closes along its motion, metres.
+const LEAST_MOTION_M: f64 = 0.002;
+
+/// Turns `chunk` by half a turn about the approach axis where it moves against the closing direction, so that it moves along it.
+///
+/// Which half-turn is nearer to the gripper jumps where the two are equally near. This choice depends on the task alone and changes
+/// smoothly with it, so that it can be learned; [`take_nearest_half_turn`] then restores the other. A trajectory that hardly moves
+/// that way stays as it is.
+pub(crate) fn close_along_motion(chunk: &mut ActionChunk) {
+    let closing = |pose: &SE3| pose.rotation.act(&Vector3::y());
+    let steps = chunk.0.windows(2).map(|pair| {
+        let [from, to] = [pair[0].world_from_gripper, pair[1].world_from_gripper];
+        0.5 * (closing(&from) + closing(&to)).dot(&(to.translation - from.translation))
+    });
+    if steps.sum::<f64>() < -LEAST_MOTION_M {
+        turn(chunk);
+    }
+}
+
 fn turn(chunk: &mut ActionChunk) {
     for action in &mut chunk.0 {
         action.world_from_gripper = action.world_from_gripper * gripper_half_turn();
@@ -29,7 +48,7 @@ mod tests {
     use super::*;
     use reseflow_data::Action;
     use reseflow_lie::{BodyTwist, SO3, Vector3};
-    use std::f64::consts::FRAC_PI_2;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     fn pose(angular: [f64; 3], x_m: f64) -> SE3 {
         SE3::new(SO3::exp(&Vector3::from(angular)), Vector3::new(x_m, 0.0, 0.0))
@@ -70,6 +89,41 @@ mod tests {
             let first = after.consensus.0[0].world_from_gripper;
             assert!(geodesic_distance(&first, &gripper).rotation_rad < FRAC_PI_2, "it stays where it is");
         }
+    }
+
+    /// Down to a line, along it, and up; the closing direction leads along the line or against it.
+    fn along_a_line(is_against: bool, length_m: f64) -> ActionChunk {
+        let yaw = if is_against { PI } else { 0.0 };
+        let places = [[0.0, 0.06], [0.0, 0.0], [0.5 * length_m, 0.0], [length_m, 0.0], [length_m, 0.05]];
+        let actions = places.map(|[y, z]| Action {
+            world_from_gripper: SE3::new(SO3::exp(&(Vector3::z() * yaw)), Vector3::new(0.0, y, z)),
+            opening: 0.3,
+        });
+        ActionChunk(actions.to_vec())
+    }
+
+    #[test]
+    fn both_half_turns_are_taught_as_the_one_that_closes_along_the_motion() {
+        let motion = SE3::exp(&BodyTwist::new(Vector3::new(0.4, -1.1, 0.7), Vector3::new(0.3, 0.1, -2.0)));
+        for is_against in [false, true] {
+            let mut chunk = along_a_line(is_against, 0.1);
+            chunk
+                .0
+                .iter_mut()
+                .for_each(|action| action.world_from_gripper = motion * action.world_from_gripper);
+            close_along_motion(&mut chunk);
+            for (action, plain) in chunk.iter().zip(along_a_line(false, 0.1).iter()) {
+                let expected = motion * plain.world_from_gripper;
+                assert!(geodesic_distance(&action.world_from_gripper, &expected).d_geo() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_trajectory_that_hardly_moves_that_way_stays_as_it_is() {
+        let mut still = along_a_line(true, 0.001);
+        close_along_motion(&mut still);
+        assert_eq!(still, along_a_line(true, 0.001));
     }
 
     #[test]

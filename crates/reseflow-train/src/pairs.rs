@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand::seq::index;
 use rand_chacha::ChaCha8Rng;
-use reseflow_data::{ActionChunk, Dataset, Episode, FlowPair, Observation, Window, WindowPairs};
+use reseflow_data::{ActionChunk, Dataset, Episode, FlowPair, Window, WindowPairs};
 use reseflow_flow::{AdaptiveConfig, PriorFrame, Solver, integrate};
 use serde::{Deserialize, Serialize};
 
-use crate::field::NetField;
+use crate::field::{NetField, Seen};
 use crate::trainable::random_stream;
 use crate::{FlowPolicy, TrainError};
 
@@ -130,10 +130,15 @@ fn carry(
 ) -> Result<Vec<WindowPairs>, TrainError> {
     let FlowPolicy { net, model, device, .. } = policy;
     let decoder = &model.network.decoder;
-    let scenes: Vec<(Vec<&Observation>, usize)> = windows
-        .iter()
-        .map(|window| (window.frames(&demonstrations.episodes, decoder.frames).collect(), window.step))
-        .collect();
+    let seen = |window: &Window| {
+        let recorded = &demonstrations.episodes[window.episode].observations;
+        Seen {
+            frames: window.frames(&demonstrations.episodes, decoder.frames).collect(),
+            world_from_grasp: recorded[window.grasp_step(&demonstrations.episodes)].world_from_gripper,
+            elapsed: window.step,
+        }
+    };
+    let scenes: Vec<Seen<'_>> = windows.iter().map(seen).collect();
     let mut streams: Vec<ChaCha8Rng> = (first..first + windows.len())
         .map(|number| random_stream(config.seed, 2 * number as u64 + 1))
         .collect();
@@ -144,8 +149,8 @@ fn carry(
         let noise: Vec<ActionChunk> = scenes
             .iter()
             .zip(&mut streams)
-            .map(|((seen, _), rng)| {
-                model.prior.sample(&PriorFrame::of(seen[seen.len() - 1]), decoder.horizon, rng)
+            .map(|(Seen { frames, .. }, rng)| {
+                model.prior.sample(&PriorFrame::of(frames[frames.len() - 1]), decoder.horizon, rng)
             })
             .collect();
         let images = integrate(&mut field.flow(), model.path, noise.clone(), &config.solver)?.states;

@@ -57,6 +57,13 @@ proptest! {
             prop_assert!(lived.frames().eq(window.frames(std::slice::from_ref(&episode), horizon)));
             prop_assert_eq!(lived.latest(), &episode.observations[step]);
             prop_assert_eq!(lived.elapsed_steps(), step);
+            // Written out: where the gripper was when its fingers were last open.
+            let seen = &episode.observations[..=step];
+            let open = seen.iter().filter(|frame| frame.gripper_opening > 0.9).next_back();
+            let grasp = open.unwrap_or(&seen[0]).world_from_gripper;
+            prop_assert_eq!(lived.world_from_grasp(), grasp);
+            prop_assert_eq!(rebuilt.world_from_grasp(), grasp);
+            prop_assert_eq!(seen[window.grasp_step(std::slice::from_ref(&episode))].world_from_gripper, grasp);
             prop_assert_eq!(rebuilt.elapsed_steps(), step);
             // Written out: the frame `back` steps ago, the first where there is none.
             for (place, frame) in lived.frames().enumerate() {

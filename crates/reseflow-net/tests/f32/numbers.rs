@@ -52,6 +52,10 @@ fn a_gripper_of_numbers_that_are_none_or_too_large_is_named() {
         assert_eq!(refused, Err(refusal("gripper state", 5, not_finite)), "the third of the second scene's");
     }
     let mut states: Vec<_> = scenes.iter().map(Scene::state).collect();
+    states[1].grasp.position_m[2] = f64::NAN;
+    let refused = net.context(&encoded, &states).map(|_| ());
+    assert_eq!(refused, Err(refusal("grasp", 1, true)));
+    let mut states: Vec<_> = scenes.iter().map(Scene::state).collect();
     states[0].progress = f64::NAN;
     let refused = net.context(&encoded, &states).map(|_| ());
     assert_eq!(refused, Err(refusal("progress", 0, true)));

@@ -73,6 +73,11 @@ fn degenerate_clouds_give_finite_trajectories_and_gradients() {
 }
 
 #[test]
+fn the_grasp_is_told_to_those_who_ask() {
+    laws::the_grasp_is_told_to_those_who_ask();
+}
+
+#[test]
 fn every_parameter_receives_a_gradient() {
     laws::every_parameter_receives_a_gradient();
 }

@@ -208,6 +208,26 @@ pub(crate) fn scenes_of_one_batch_do_not_see_each_other(tolerance: f64) {
     }
 }
 
+/// The grasp says something to networks that are told of it, and nothing to others.
+pub(crate) fn the_grasp_is_told_to_those_who_ask() {
+    for (name, device) in devices() {
+        for grasp_memory in [true, false] {
+            let mut config = small();
+            config.decoder.grasp_memory = grasp_memory;
+            let net = shaken_net(&config, &device, &mut rng(5100));
+            let (scene, other) = (example(0, &config), example(1, &config));
+            let elsewhere = Scene { grasp: other.grasp, ..scene.clone() };
+            let [still, other] = [&scene, &elsewhere].map(|scene| predict_one(&net, scene, &device));
+            let found = still.deviation(&other, &World::identity()).largest();
+            if grasp_memory {
+                assert_caught(&format!("{name} another grasp"), found, 1e-3);
+            } else {
+                assert_eq!(found, 0.0, "{name}: a network without memory");
+            }
+        }
+    }
+}
+
 pub(crate) fn every_parameter_receives_a_gradient() {
     for (name, device) in devices() {
         let tracked = device.clone().autodiff();

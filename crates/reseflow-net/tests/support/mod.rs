@@ -113,6 +113,7 @@ pub(crate) fn small() -> DriftNetConfig {
             token_scalars: 12,
             token_vectors: 8,
             pointers: 2,
+            grasp_memory: true,
             ..DecoderConfig::default()
         },
         ..DriftNetConfig::default()

@@ -54,6 +54,8 @@ pub(crate) struct Scene {
     pub(crate) clouds: Vec<Cloud>,
     /// The gripper in each frame.
     pub(crate) grippers: Vec<GripperState>,
+    /// The gripper when it took hold.
+    pub(crate) grasp: GripperState,
     pub(crate) progress: f64,
     /// The flow's state, L poses.
     pub(crate) noise: Vec<GripperState>,
@@ -66,7 +68,8 @@ impl Scene {
         let mut anywhere = || gripper(&SE3::identity(), [2.0, 0.2], rng);
         let grippers = clouds.iter().map(|_| anywhere()).collect();
         let noise = (0..horizon).map(|_| anywhere()).collect();
-        Scene { clouds, grippers, progress: rng.random(), noise, time: rng.random() }
+        let grasp = anywhere();
+        Scene { clouds, grippers, grasp, progress: rng.random(), noise, time: rng.random() }
     }
 
     /// Clouds of `count` points in a box, each frame another.
@@ -98,20 +101,22 @@ impl Scene {
             grippers.push(gripper(&world_from_gripper, [0.0, 0.0], rng));
         }
         let noise = (0..config.horizon).map(|_| gripper(&world_from_gripper, [0.5, 0.1], rng)).collect();
-        Scene { clouds, grippers, progress: rng.random(), noise, time: rng.random() }
+        let grasp = gripper(&world_from_gripper, [0.5, 0.05], rng);
+        Scene { clouds, grippers, grasp, progress: rng.random(), noise, time: rng.random() }
     }
 
     pub(crate) fn moved(&self, world: &World) -> Scene {
         Scene {
             clouds: self.clouds.iter().map(|cloud| cloud.moved(world)).collect(),
             grippers: self.grippers.iter().map(|state| world.gripper(state)).collect(),
+            grasp: world.gripper(&self.grasp),
             noise: self.noise.iter().map(|state| world.gripper(state)).collect(),
             ..self.clone()
         }
     }
 
     pub(crate) fn state(&self) -> SceneState {
-        SceneState { frames: self.grippers.clone(), progress: self.progress }
+        SceneState { frames: self.grippers.clone(), grasp: self.grasp, progress: self.progress }
     }
 }
 

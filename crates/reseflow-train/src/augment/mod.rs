@@ -107,6 +107,15 @@ impl Augmentation {
         }
     }
 
+    /// The gripper's pose in an earlier frame, which the gripper's own move leaves where it was.
+    pub(crate) fn earlier(&self, mut pose: SE3) -> SE3 {
+        self.reshape(&mut pose);
+        self.follow(&mut pose);
+        self.half_turn(&mut pose);
+        self.turn.iter().for_each(|turn| turn.pose(&mut pose));
+        pose
+    }
+
     /// Noise that belongs to the scene as it was recorded; it follows the gripper.
     pub(crate) fn noise(&self, noise: &mut ActionChunk) {
         for action in &mut noise.0 {
@@ -338,6 +347,31 @@ mod tests {
         assert!(geodesic_distance(&still, &turned).rotation_rad > 0.1, "nothing turned");
         points.iter().zip(&same_points).for_each(|(one, other)| assert!((one - other).norm() < 1e-6));
         poses.iter().zip(&same_poses).for_each(|(one, other)| assert_same(one, other));
+    }
+
+    #[test]
+    fn an_earlier_pose_goes_with_the_scene_but_not_with_the_grippers_own_move() {
+        let config = AugmentConfig {
+            scale_std: 0.2,
+            gripper_std_m: 0.05,
+            bend_std: 0.2,
+            mirror_share: 0.5,
+            half_turn_share: 0.5,
+            scene_rotation: true,
+            ..AugmentConfig::NONE
+        };
+        let held = Action { opening: 0.0, ..next() };
+        for seed in 0..20 {
+            for (step, action, moves) in [(3, held, false), (0, next(), true)] {
+                let before = seen();
+                let drawn = Augmentation::draw(step, &before, &action, &config, &mut rng(seed));
+                let mut after = before.clone();
+                drawn.observation(&mut after);
+                let earlier = drawn.earlier(before.world_from_gripper);
+                let off = geodesic_distance(&earlier, &after.world_from_gripper);
+                assert_eq!(off.translation_m > 1e-6, moves, "{off:?}");
+            }
+        }
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub(super) struct SceneView {
     pub(super) grippers: Vec<SE3>,
     /// Its openings.
     pub(super) openings: Vec<f64>,
+    /// Where it took hold, for networks that are told.
+    pub(super) world_from_grasp: Option<SE3>,
     /// Executed action steps over the horizon, in \[0, 1\].
     pub(super) progress: f64,
     /// What is diffused is relative to this.
@@ -34,14 +36,16 @@ pub(super) struct SceneView {
 
 impl SceneView {
     /// A scene from its frames, of which there is at least one.
-    pub(super) fn new((observed, elapsed): &Seen<'_>, config: &EtSeedConfig) -> Result<Self, TrainError> {
-        let Some(latest) = observed.last() else { return Err(TrainError::NoData) };
+    pub(super) fn new(scene: &Seen<'_>, config: &EtSeedConfig) -> Result<Self, TrainError> {
+        let Seen { frames, world_from_grasp, elapsed } = scene;
+        let Some(latest) = frames.last() else { return Err(TrainError::NoData) };
         let DriftNetConfig { encoder, decoder, .. } = &config.network;
-        let graphs: Result<Vec<_>, _> = observed.iter().map(|seen| graph(seen, &encoder.graph)).collect();
+        let graphs: Result<Vec<_>, _> = frames.iter().map(|seen| graph(seen, &encoder.graph)).collect();
         Ok(Self {
             graphs: graphs?,
-            grippers: observed.iter().map(|seen| seen.world_from_gripper).collect(),
-            openings: observed.iter().map(|seen| seen.gripper_opening).collect(),
+            grippers: frames.iter().map(|seen| seen.world_from_gripper).collect(),
+            openings: frames.iter().map(|seen| seen.gripper_opening).collect(),
+            world_from_grasp: decoder.grasp_memory.then_some(*world_from_grasp),
             progress: progress(*elapsed, decoder.horizon),
             anchor: Anchor::of(latest, config.diffusion.frame),
         })

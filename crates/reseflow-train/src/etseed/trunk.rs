@@ -67,7 +67,9 @@ impl Trunk {
             InteractionConfig { scalars: token[0], vectors: token[1], hidden: token[0] + 2 * token[1] };
         let to_self = InvariantAttentionConfig { query: token, memory: token, key: 32 };
         let to_nodes = InvariantAttentionConfig { query: token, memory: [scalars, vectors], key: 32 };
-        let known = decoder.frames * (encoder.nodes * scalars + POSE_NUMBERS + 1) + 2 * PROGRESS_OCTAVES;
+        let known = decoder.frames * (encoder.nodes * scalars + POSE_NUMBERS + 1)
+            + usize::from(decoder.grasp_memory) * POSE_NUMBERS
+            + 2 * PROGRESS_OCTAVES;
         Ok(Self {
             encoder: encoder.init(device, rng)?,
             frame_embedding: normal([decoder.frames, scalars], 0.3, device, rng),
@@ -198,7 +200,8 @@ fn gripper_axes(views: &[&SceneView], device: &Device) -> Tensor<3> {
     Tensor::from_data(TensorData::new(values, [3, views.len(), 3]), device)
 }
 
-/// The grippers of all frames seen from the latest, their openings, and the progress: `[B, O · 13 + 8]`.
+/// The grippers of all frames seen from the latest, their openings, the grasp for those who are told of it, and the progress:
+/// `[B, O · 13 + 8]`, or 12 more.
 fn known(views: &[&SceneView], device: &Device) -> Tensor<2> {
     let mut values = Vec::new();
     for view in views {
@@ -207,6 +210,8 @@ fn known(views: &[&SceneView], device: &Device) -> Tensor<2> {
             values.extend(pose_numbers(&(gripper_from_world * *gripper)));
             values.push(*opening);
         }
+        let grasp = view.world_from_grasp.map(|world_from_grasp| gripper_from_world * world_from_grasp);
+        values.extend(grasp.iter().flat_map(pose_numbers));
         for octave in 0..PROGRESS_OCTAVES {
             let angle = view.progress * std::f64::consts::FRAC_PI_2 * f64::from(1_u32 << octave);
             values.extend([angle.cos(), angle.sin()]);

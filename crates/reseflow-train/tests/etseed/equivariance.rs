@@ -31,10 +31,7 @@ fn sorted_errors(policy: &EtSeedPolicy, seen: &[ObservationHistory], steps: usiz
         let world = SE3::new(rotation, Vector3::from_fn(|_, _| StandardNormal.sample(&mut rng)));
         let turned: Vec<_> = seen
             .iter()
-            .map(|history| {
-                let frames: Vec<Observation> = history.frames().map(|frame| moved(&world, frame)).collect();
-                ObservationHistory::at_step(&frames, 1, 2)
-            })
+            .map(|history| history.map(|frame| moved(&world, frame), |pose| world * *pose))
             .collect();
         let drawn = policy.predict(&turned, &[3407, 3408], steps).unwrap();
         for (before, after) in plain.iter().flatten().zip(drawn.iter().flatten()) {

@@ -8,7 +8,7 @@ use reseflow_lie::{SE3, SO3, Vector3, geodesic_distance};
 use reseflow_train::{FlowPolicy, TrainConfig};
 
 use crate::sampler::the_sampler_turns_with_the_world;
-use crate::support::{Shelf, changed_history, demonstrations, histories, tiny_training};
+use crate::support::{Shelf, demonstrations, histories, tiny_training};
 
 pub(crate) const SEEDS: [u64; 2] = [3407, 3408];
 
@@ -45,7 +45,7 @@ pub(crate) fn errors(
     for motion in motions(5) {
         let gripper = if gripper_too { motion } else { SE3::identity() };
         let turned: Vec<_> = (seen.iter())
-            .map(|history| changed_history(history, |frame| moved(frame, &motion, &gripper)))
+            .map(|history| history.map(|frame| moved(frame, &motion, &gripper), |pose| gripper * *pose))
             .collect();
         let drawn = policy.predict(&turned, &SEEDS, steps).unwrap();
         for (before, after) in plain.iter().flatten().zip(drawn.iter().flatten()) {

@@ -9,7 +9,7 @@ use reseflow_lie::{SE3, SO3, Vector3, geodesic_distance};
 use reseflow_net::Parameterisation;
 use reseflow_train::{AdaptiveConfig, DeviceKind, FlowPolicy, Solver, TrainConfig, UpdateMetrics};
 
-use crate::support::{Shelf, changed_history, demonstrations, histories, tiny_model, tiny_training};
+use crate::support::{Shelf, demonstrations, histories, tiny_model, tiny_training};
 
 /// Where moved points lie: numbers of 24 bits reach to 4 m.
 const FINE_M: f64 = 1.0 / 4_194_304.0;
@@ -87,7 +87,7 @@ fn deviations(
         // Noise is drawn about the gripper.
         let gripper = if noise_follows { motion } else { SE3::identity() };
         let turned: Vec<_> = (seen.iter())
-            .map(|history| changed_history(history, |frame| moved(frame, &motion, &gripper)))
+            .map(|history| history.map(|frame| moved(frame, &motion, &gripper), |pose| gripper * *pose))
             .collect();
         let drawn = policy.draw(&turned, &SEEDS, solver).unwrap().samples;
         for (before, after) in plain.iter().flatten().zip(drawn.iter().flatten()) {
@@ -108,7 +108,7 @@ fn deviations(
 pub(crate) fn the_sampler_turns_with_the_world(bar: f64) {
     let (data, held_out) = (demonstrations(Split::Train, 4), demonstrations(Split::Validation, 2));
     let seen = histories(&held_out, 4);
-    let seen: Vec<_> = seen.iter().map(|history| changed_history(history, on_the_grid)).collect();
+    let seen: Vec<_> = seen.iter().map(|history| history.map(on_the_grid, SE3::clone)).collect();
     let untrained = TrainConfig { learning_rate: 0.0, ..tiny_training(1) };
     let trained = TrainConfig { warmup: 5, ..tiny_training(100) };
     for form in [Parameterisation::Endpoint, Parameterisation::Twist] {

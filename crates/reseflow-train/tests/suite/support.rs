@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use reseflow_data::{Dataset, Observation, ObservationHistory, Split};
+use reseflow_data::{Dataset, ObservationHistory, Split};
 use reseflow_flow::{GripperPrior, ObjectiveConfig, Path as FlowPath, Prior, TimeSampling};
 use reseflow_lie::geodesic_distance;
 use reseflow_net::{DecoderConfig, DriftNetConfig, EncoderConfig, GraphConfig, RadialBasis};
@@ -39,6 +39,7 @@ pub(crate) fn tiny_model() -> ModelConfig {
         layers: 1,
         token_scalars: 16,
         token_vectors: 8,
+        grasp_memory: true,
         ..DecoderConfig::default()
     };
     let prior = GripperPrior { sigma_rotation_rad: 0.5, sigma_translation_m: 0.1, sigma_opening: 0.2 };
@@ -161,19 +162,6 @@ pub(crate) fn histories(data: &Dataset, step: usize) -> Vec<ObservationHistory> 
     let history =
         |episode: &reseflow_data::Episode| ObservationHistory::at_step(&episode.observations, step, 2);
     data.episodes.iter().map(history).collect()
-}
-
-/// The history with each of its two frames replaced by what `change` makes of it.
-pub(crate) fn changed_history(
-    history: &ObservationHistory,
-    change: impl Fn(&Observation) -> Observation,
-) -> ObservationHistory {
-    let frames: Vec<Observation> = history.frames().map(change).collect();
-    // The two frames stand at the end of a recording whose earlier frames nobody looks at.
-    let step = history.elapsed_steps();
-    let mut recorded = vec![frames[0].clone(); step];
-    recorded.push(frames[1].clone());
-    ObservationHistory::at_step(&recorded, step, frames.len())
 }
 
 /// The mean D_geo of samples `[episode][seed]`, drawn at the start, to the demonstrated actions.

@@ -115,14 +115,8 @@ impl Policy for TurnedPolicy {
 
     fn plan(&mut self, history: &ObservationHistory) -> Result<Plan, PolicyError> {
         let back = self.motion.inverse();
-        let frames: Vec<Observation> =
-            history.frames().map(|frame| move_observation(&back, frame.clone())).collect();
-        let (horizon, elapsed) = (frames.len(), history.elapsed_steps());
-        // As if recorded from the start: frames older than the history are never looked at.
-        let older = (elapsed + 1).saturating_sub(horizon);
-        let mut recorded = vec![frames[0].clone(); older];
-        recorded.extend(frames.into_iter().skip(horizon.saturating_sub(elapsed + 1)));
-        let plan = self.policy.plan(&ObservationHistory::at_step(&recorded, elapsed, horizon))?;
+        let unmoved = history.map(|frame| move_observation(&back, frame.clone()), |pose| back * *pose);
+        let plan = self.policy.plan(&unmoved)?;
         let actions = plan.actions.iter().map(|action| move_action(&self.motion, action)).collect();
         Ok(Plan { actions: reseflow_data::ActionChunk(actions), ..plan })
     }

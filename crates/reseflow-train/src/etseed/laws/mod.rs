@@ -15,6 +15,7 @@ use super::config::EtSeedConfig;
 use super::input::{KernelInput, SceneView};
 use super::net::EtSeedNet;
 use crate::convert::host;
+use crate::field::Seen;
 
 const HORIZON: usize = 4;
 
@@ -46,6 +47,7 @@ fn config() -> EtSeedConfig {
         layers: 2,
         token_scalars: 16,
         token_vectors: 8,
+        grasp_memory: true,
         ..DecoderConfig::default()
     };
     let network = DriftNetConfig { encoder, decoder, ..DriftNetConfig::default() };
@@ -96,8 +98,8 @@ fn moved(world: &SE3, frames: &[Observation; 2]) -> [Observation; 2] {
 }
 
 fn view(frames: &[Observation; 2], config: &EtSeedConfig) -> SceneView {
-    let observed: Vec<&Observation> = frames.iter().collect();
-    SceneView::new(&(observed, 1), config).unwrap()
+    let world_from_grasp = frames[0].world_from_gripper;
+    SceneView::new(&Seen { frames: frames.iter().collect(), world_from_grasp, elapsed: 1 }, config).unwrap()
 }
 
 /// A noisy trajectory at level `level`.

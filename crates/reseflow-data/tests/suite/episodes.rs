@@ -59,7 +59,7 @@ proptest! {
             prop_assert_eq!(lived.elapsed_steps(), step);
             // Written out: where the gripper was when its fingers were last open.
             let seen = &episode.observations[..=step];
-            let open = seen.iter().filter(|frame| frame.gripper_opening > 0.9).next_back();
+            let open = seen.iter().rfind(|frame| frame.gripper_opening > 0.9);
             let grasp = open.unwrap_or(&seen[0]).world_from_gripper;
             prop_assert_eq!(lived.world_from_grasp(), grasp);
             prop_assert_eq!(rebuilt.world_from_grasp(), grasp);

@@ -1,21 +1,29 @@
 //! Scenes bent within a plane.
 
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use reseflow_data::{Action, ActionChunk, PointCloud};
 use reseflow_lie::{SE3, SO3, Vector3};
 
+use crate::AugmentConfig;
+
 /// Distortions are drawn as they are this far from the middle, metres.
 const REFERENCE_M: f64 = 0.15;
 /// Largest distortion anywhere in the scene; below one the map stays one to one.
 const LARGEST: f64 = 0.6;
+/// Sizes of swirls, metres.
+const SWIRLS_M: std::ops::Range<f64> = 0.03..0.12;
+/// Swirls of a bend.
+const SWIRLS: usize = 2;
 /// Places between two actions at which the bent path is measured.
 const SUBDIVISIONS: usize = 24;
 
-/// A conformal map z ↦ (1 + s) z + a z² + b z³ of the plane across an action's approach axis, the same at every height over it.
+/// A map of the plane across an action's approach axis, the same at every height over it: z ↦ (1 + s) z + a z² + b z³, which keeps angles,
+/// and then swirls, which make hooks and waves of lines.
 ///
-/// Because it keeps angles, a pose that stands upright on the plane stays upright and turns with what it is aligned to; heights
-/// stay as they are. So a pose that follows a drawn curve follows the bent curve.
+/// A pose that stands upright on the plane stays upright and turns as its closing direction does; heights stay as they are. So a
+/// pose that follows a drawn curve, closing along it, follows the bent curve.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bend {
     /// The plane's origin and axes, z along the approach axis.
@@ -23,6 +31,44 @@ pub(super) struct Bend {
     stretch: f64,
     quadratic: Complex,
     cubic: Complex,
+    swirls: [Swirl; SWIRLS],
+}
+
+/// What turns the surroundings of a place, less and less away from it: by `angle_rad` · exp(−r² / 2 `size_m`²) at the distance r. It keeps
+/// areas, and the map stays one to one however large the angle.
+#[derive(Debug, Clone, Copy)]
+struct Swirl {
+    centre_m: Complex,
+    angle_rad: f64,
+    size_m: f64,
+}
+
+impl Swirl {
+    const NONE: Self = Self { centre_m: [0.0; 2], angle_rad: 0.0, size_m: 1.0 };
+
+    /// A swirl about one of `places_m`.
+    fn draw(places_m: &[Complex], angle_std_rad: f64, rng: &mut ChaCha8Rng) -> Self {
+        let normal: f64 = StandardNormal.sample(rng);
+        Self {
+            centre_m: places_m[rng.random_range(0..places_m.len())],
+            angle_rad: angle_std_rad * normal,
+            size_m: rng.random_range(SWIRLS_M),
+        }
+    }
+
+    /// Where a place goes, and where a direction there goes.
+    fn map(&self, place: Complex, direction: Complex) -> (Complex, Complex) {
+        let from_centre = [place[0] - self.centre_m[0], place[1] - self.centre_m[1]];
+        let [x, y] = from_centre;
+        let variance = self.size_m * self.size_m;
+        let angle = self.angle_rad * (-0.5 * (x * x + y * y) / variance).exp();
+        let turn = [angle.cos(), angle.sin()];
+        // By how much the angle changes in this direction.
+        let change = -angle * (x * direction[0] + y * direction[1]) / variance;
+        let moved = times(turn, from_centre);
+        let sheared = [direction[0] - change * y, direction[1] + change * x];
+        ([self.centre_m[0] + moved[0], self.centre_m[1] + moved[1]], times(turn, sheared))
+    }
 }
 
 type Complex = [f64; 2];
@@ -32,10 +78,15 @@ fn times(a: Complex, b: Complex) -> Complex {
 }
 
 impl Bend {
-    /// A bend of the standard deviation `bend` in the plane across `action`'s approach axis, about the centroid of `cloud`; `None`
-    /// without `bend`.
-    pub(super) fn draw(cloud: &PointCloud, action: &SE3, bend: f64, rng: &mut ChaCha8Rng) -> Option<Self> {
-        if bend == 0.0 || cloud.is_empty() {
+    /// A bend in the plane across `action`'s approach axis, about the centroid of `cloud`; `None` where `config` asks for none.
+    pub(super) fn draw(
+        cloud: &PointCloud,
+        action: &SE3,
+        config: &AugmentConfig,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Self> {
+        let AugmentConfig { bend_std: bend, swirl_std_rad, .. } = *config;
+        if (bend == 0.0 && swirl_std_rad == 0.0) || cloud.is_empty() {
             return None;
         }
         let points = || cloud.points.iter().map(|point| Vector3::from(point.map(f64::from)));
@@ -49,13 +100,27 @@ impl Bend {
             .map(|size| [bend * normal() / size, bend * normal() / size]);
         let size = |value: Complex| value[0].hypot(value[1]);
         let worst = 2.0 * size(quadratic) * radius_m + 3.0 * size(cubic) * radius_m * radius_m;
-        let shrink = (LARGEST / worst).min(1.0);
+        let shrink = if worst > LARGEST { LARGEST / worst } else { 1.0 };
         let [quadratic, cubic] = [quadratic, cubic].map(|value| value.map(|part| part * shrink));
-        Some(Self { world_from_plane, stretch, quadratic, cubic })
+        let mut drawn = Self { world_from_plane, stretch, quadratic, cubic, swirls: [Swirl::NONE; SWIRLS] };
+        let bent = |point| {
+            let inside = plane_from_world.act(&point);
+            drawn.conformal([inside.x, inside.y]).0
+        };
+        let places_m: Vec<Complex> = points().map(bent).collect();
+        drawn.swirls = std::array::from_fn(|_| Swirl::draw(&places_m, swirl_std_rad, rng));
+        Some(drawn)
     }
 
-    /// Where a place of the plane goes, and by which complex factor its surroundings are turned and stretched.
-    fn map(&self, z: Complex) -> (Complex, Complex) {
+    /// Where a place of the plane goes, and where a direction there goes.
+    fn map(&self, place: Complex, direction: Complex) -> (Complex, Complex) {
+        let (place, factor) = self.conformal(place);
+        let start = (place, times(factor, direction));
+        self.swirls.iter().fold(start, |(place, direction), swirl| swirl.map(place, direction))
+    }
+
+    /// Where a place goes without the swirls, and by which complex factor its surroundings are turned and stretched.
+    fn conformal(&self, z: Complex) -> (Complex, Complex) {
         let (square, linear) = (times(z, z), 1.0 + self.stretch);
         let (a, b) = (times(self.quadratic, square), times(self.cubic, times(square, z)));
         let place = [0, 1].map(|part| linear * z[part] + a[part] + b[part]);
@@ -68,7 +133,7 @@ impl Bend {
         let plane_from_world = self.world_from_plane.inverse();
         for point in points {
             let inside = plane_from_world.act(&Vector3::from(point.map(f64::from)));
-            let ([x, y], _) = self.map([inside.x, inside.y]);
+            let ([x, y], _) = self.map([inside.x, inside.y], [1.0, 0.0]);
             let moved = self.world_from_plane.act(&Vector3::new(x, y, inside.z));
             *point = moved.map(|value| value as f32).into();
         }
@@ -77,8 +142,11 @@ impl Bend {
     /// A pose of the bent scene.
     pub(super) fn pose(&self, pose: &SE3) -> SE3 {
         let inside = self.world_from_plane.inverse() * *pose;
-        let ([x, y], factor) = self.map([inside.translation.x, inside.translation.y]);
-        let turn = SO3::exp(&(Vector3::z() * factor[1].atan2(factor[0])));
+        let closing = inside.rotation.act(&Vector3::y());
+        let ([x, y], bent) = self.map([inside.translation.x, inside.translation.y], [closing.x, closing.y]);
+        // A gripper that closes across the plane is turned by nothing.
+        let angle = times(bent, [closing.x, -closing.y]);
+        let turn = SO3::exp(&(Vector3::z() * angle[1].atan2(angle[0])));
         let bent = SE3::new(turn * inside.rotation, Vector3::new(x, y, inside.translation.z));
         self.world_from_plane * bent
     }
@@ -156,13 +224,15 @@ mod tests {
         SE3::new(SO3::exp(&Vector3::new(0.7, -0.4, 1.1)), Vector3::new(0.3, -0.1, 0.2))
     }
 
-    /// A tool upright on the board, its y axis along an arc of the radius 0.1 m: two approaches, then evenly along it.
+    /// A tool upright on the board that closes along an arc of the radius 0.1 m: two approaches, then evenly along it.
     fn along_an_arc() -> ActionChunk {
         let pose = |index: usize| {
             let (angle, height_m) =
                 (0.2 * index.saturating_sub(2) as f64, if index == 0 { 0.06 } else { 0.01 });
             let place = Vector3::new(0.1 * angle.sin(), 0.1 * (1.0 - angle.cos()), height_m);
-            world_from_board() * SE3::new(SO3::exp(&(Vector3::z() * angle)), place)
+            // The closing direction is y.
+            let turn = angle - std::f64::consts::FRAC_PI_2;
+            world_from_board() * SE3::new(SO3::exp(&(Vector3::z() * turn)), place)
         };
         ActionChunk((0..COUNT).map(|i| Action { world_from_gripper: pose(i), opening: 0.0 }).collect())
     }
@@ -175,10 +245,17 @@ mod tests {
         PointCloud { colors: vec![[0; 3]; points.len()], points }
     }
 
-    fn draws() -> impl Iterator<Item = Bend> {
+    fn bend(bend_std: f64, swirl_std_rad: f64, seed: u64) -> Bend {
         let next = along_an_arc().0[0].world_from_gripper;
-        (0..40)
-            .map(move |seed| Bend::draw(&cloud(), &next, 0.3, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap())
+        let config = AugmentConfig { bend_std, swirl_std_rad, ..AugmentConfig::NONE };
+        Bend::draw(&cloud(), &next, &config, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap()
+    }
+
+    /// Bends, swirls, and both.
+    fn draws() -> impl Iterator<Item = Bend> {
+        [(0.3, 0.0), (0.0, 1.0), (0.3, 1.0)].into_iter().flat_map(|(bend_std, swirl_std_rad)| {
+            (0..40).map(move |seed| bend(bend_std, swirl_std_rad, seed))
+        })
     }
 
     #[test]
@@ -193,12 +270,12 @@ mod tests {
                 assert!((z - up).norm() < 1e-9, "it leans");
                 let height = |pose: &SE3| z.dot(&(pose.translation - world_from_board().translation));
                 assert!((height(&before) - height(&after)).abs() < 1e-9, "the height changed");
-                // Points a little to both sides along the x axis end up along the bent x axis.
+                // Points a little to both sides along the closing direction end up along the bent one.
                 let tip = |by: f64| {
-                    bend.pose(&SE3::new(before.rotation, before.act(&(Vector3::x() * by)))).translation
+                    bend.pose(&SE3::new(before.rotation, before.act(&(Vector3::y() * by)))).translation
                 };
                 let along = (tip(1e-6) - tip(-1e-6)).normalize();
-                assert!((along - after.rotation.act(&Vector3::x())).norm() < 1e-6, "it is off the curve");
+                assert!((along - after.rotation.act(&Vector3::y())).norm() < 1e-6, "it is off the curve");
                 farthest = farthest.max((after.translation - before.translation).norm());
             }
         }
@@ -249,13 +326,18 @@ mod tests {
 
     #[test]
     fn bends_never_fold_the_plane() {
-        let next = along_an_arc().0[0].world_from_gripper;
         for seed in 0..200 {
-            let bend = Bend::draw(&cloud(), &next, 0.5, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+            let bend = bend(0.5, 1.5, seed);
             for i in 0..=40 {
                 let angle = f64::from(i) * 0.157;
-                let (_, factor) = bend.map([0.17 * angle.cos(), 0.17 * angle.sin()]);
+                let place = [0.17 * angle.cos(), 0.17 * angle.sin()];
+                let (_, factor) = bend.conformal(place);
                 assert!(factor[0] > 0.05, "{factor:?}");
+                // Swirls keep areas.
+                for swirl in &bend.swirls {
+                    let [(_, one), (_, other)] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| swirl.map(place, axis));
+                    assert!((one[0] * other[1] - one[1] * other[0] - 1.0).abs() < 1e-9);
+                }
             }
         }
     }

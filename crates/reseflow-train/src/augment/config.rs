@@ -29,6 +29,9 @@ pub struct AugmentConfig {
     /// Standard deviation of a bend of the scene within the plane across the approach axis: by how much, 0.15 m from the middle,
     /// things are turned (in radian) and stretched. For tasks that follow a drawn curve.
     pub bend_std: f64,
+    /// Standard deviation of the angle, radian, by which each of two swirls turns the surroundings of one of the scene's points, in the same
+    /// plane: they make hooks and waves of straight lines. For tasks that follow a drawn curve with the gripper closing along it.
+    pub swirl_std_rad: f64,
     /// Share of windows that are seen in a mirror: the plane in which the gripper is its own mirror image.
     pub mirror_share: f64,
     /// Share of windows in which gripper and actions are turned by π about the approach axis: the gripper's other symmetry.
@@ -56,6 +59,7 @@ impl AugmentConfig {
         gripper_std_m: 0.0,
         gripper_yaw_rad: 0.0,
         bend_std: 0.0,
+        swirl_std_rad: 0.0,
         mirror_share: 0.0,
         half_turn_share: 0.0,
         scene_rotation: false,
@@ -75,6 +79,7 @@ impl AugmentConfig {
             ("gripper_std_m", self.gripper_std_m, 1.0),
             ("gripper_yaw_rad", self.gripper_yaw_rad, PI),
             ("bend_std", self.bend_std, 0.5),
+            ("swirl_std_rad", self.swirl_std_rad, PI),
             ("mirror_share", self.mirror_share, 1.0),
             ("half_turn_share", self.half_turn_share, 1.0),
         ] {

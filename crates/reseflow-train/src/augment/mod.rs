@@ -73,10 +73,10 @@ impl Augmentation {
         let (mut gripper, mut next) = (latest.world_from_gripper, next.world_from_gripper);
         drawn.reshape(&mut gripper);
         drawn.reshape(&mut next);
-        if config.bend_std > 0.0 {
+        if config.bend_std > 0.0 || config.swirl_std_rad > 0.0 {
             let mut cloud = latest.cloud.clone();
             drawn.points(&mut cloud.points);
-            drawn.bend = Bend::draw(&cloud, &next, config.bend_std, rng);
+            drawn.bend = Bend::draw(&cloud, &next, config, rng);
             if let Some(bend) = drawn.bend {
                 let bent = bend.pose(&next);
                 let bend_move = bent * next.inverse();

@@ -141,7 +141,8 @@ pub(crate) fn degenerate_clouds_give_a_finite_transformer() {
 
 /// Clouds 3 m wide, turned and moved by ten metres along each axis; positions relative to that width. Rotations are read from sums of
 /// unit vectors and of offsets over 0.1 m, whose rounding grows with the width: they may be off by as many times more as these clouds
-/// are wider than those of the other laws (measured in f32: 1e-5, of single nodes 2e-5).
+/// are wider than those of the other laws (measured in f32: 2e-6). A single node whose two axes happen to lie near each other has a
+/// worse conditioned frame, which the consensus outweighs: nodes may be off five times as far (measured in f32: 8e-5).
 pub(crate) fn a_wide_scene_far_away_gives_a_moved_trajectory(tolerance: f64) {
     const WIDTH_M: f64 = 3.0;
     const WIDENED: f64 = WIDTH_M / 0.5;
@@ -164,7 +165,7 @@ pub(crate) fn a_wide_scene_far_away_gives_a_moved_trajectory(tolerance: f64) {
             ("openings and weights", worst.scalar, tolerance),
             ("nodes' positions", worst.node_position_m / WIDTH_M, tolerance),
             ("rotations", worst.rotation, WIDENED * tolerance),
-            ("nodes' rotations", worst.node_rotation, WIDENED * tolerance),
+            ("nodes' rotations", worst.node_rotation, 5.0 * WIDENED * tolerance),
         ] {
             assert_small(&format!("{name} 3 m wide and 10 m away, {part}"), error, allowed);
         }

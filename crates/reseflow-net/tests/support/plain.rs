@@ -14,6 +14,9 @@ use super::{assert_caught, assert_small, devices, rng, small, tensor, values};
 /// How far off a control must be to count as caught.
 const CAUGHT: f64 = 1e-2;
 
+/// The same of positions: a head whose weights are drawn and not trained moves them by centimetres at most.
+const CAUGHT_M: f64 = 2e-3;
+
 /// `config` without its symmetry.
 pub(crate) fn plain(config: DriftNetConfig) -> DriftNetConfig {
     DriftNetConfig { symmetry: Symmetry::None, ..config }
@@ -39,7 +42,7 @@ pub(crate) fn a_plain_network_turns_with_no_world_and_shifts_with_none() {
                 for (what, world) in [("turned", &turned), ("shifted", &shifted)] {
                     let found = deviation(net, index, world, &device);
                     let what = format!("{name} plain network, {state} weights, {what}");
-                    assert_caught(&format!("{what}, positions"), found.position_m, CAUGHT);
+                    assert_caught(&format!("{what}, positions"), found.position_m, CAUGHT_M);
                     assert_caught(&format!("{what}, rotations"), found.rotation, CAUGHT);
                 }
             }

@@ -13,7 +13,7 @@ use reseflow_net::{DecoderConfig, DriftNet, HeatMap, Parameterisation, TokenBatc
 use crate::augment::{Augmentation, drop_points, jitter};
 use crate::convert::{endpoint_tensors, tokens, twist_tensors};
 use crate::field::{Seen, encode};
-use crate::half_turn::close_along_motion;
+use crate::half_turn::{close_along_motion, closes_along_motion};
 use crate::reflow::Example;
 use crate::{TrainConfig, TrainError, TrainRequest};
 
@@ -32,7 +32,7 @@ pub(crate) struct Scene {
     /// How much each of them counts.
     pub(crate) weights: Vec<f64>,
     augmentation: Augmentation,
-    fingers_are_alike: bool,
+    closes_along_motion: bool,
 }
 
 impl Scene {
@@ -53,14 +53,15 @@ impl Scene {
         let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
         observed.iter_mut().for_each(|seen| jitter(&mut seen.cloud, train.augment.jitter_m, rng));
         let weights = wanted.iter().map(|target| target.weight()).collect();
-        let world_from_grasp = match window.grasp_step(&data.episodes) {
-            now if now == window.step => prior_frame.world_from_gripper,
-            earlier => {
-                augmentation.earlier(data.episodes[window.episode].observations[earlier].world_from_gripper)
+        let grasp_step = window.grasp_step(&data.episodes);
+        let world_from_grasp = match observed.iter().rev().nth(window.step - grasp_step) {
+            Some(shown) => shown.world_from_gripper,
+            None => {
+                let recorded = &data.episodes[window.episode].observations[grasp_step];
+                augmentation.earlier(recorded.world_from_gripper)
             }
         };
         let clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-        let fingers_are_alike = decoder.nearest_half_turn;
         let mut scene = Self {
             window,
             observed,
@@ -69,7 +70,7 @@ impl Scene {
             clean: ActionChunk::default(),
             weights,
             augmentation,
-            fingers_are_alike,
+            closes_along_motion: closes_along_motion(decoder),
         };
         scene.clean = scene.taught(clean);
         scene
@@ -78,7 +79,7 @@ impl Scene {
     /// Actions as the network is to answer with, from those that belong to the scene as it was recorded.
     fn taught(&self, mut actions: ActionChunk) -> ActionChunk {
         self.augmentation.actions(&mut actions);
-        if self.fingers_are_alike {
+        if self.closes_along_motion {
             close_along_motion(&mut actions);
         }
         actions
@@ -108,7 +109,8 @@ pub(crate) fn shard_loss(
     let (mut scenes, mut noisy, mut ends, mut weights, mut times) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for _ in 0..count {
-        let mixed = mixture.map(|mixture| mixture.draw(data, train.first_window_share, rng)).transpose()?;
+        let mixed =
+            mixture.map(|mixture| mixture.draw(data, decoder, train.first_window_share, rng)).transpose()?;
         let window = mixed.as_ref().map_or_else(|| draw_window(data, train, rng), |mixed| mixed.window);
         drawn.push(window);
         let scene = Scene::draw(window, data, decoder, train, rng);

@@ -2,6 +2,7 @@
 
 use reseflow_data::{ActionChunk, gripper_half_turn};
 use reseflow_lie::{SE3, Vector3, geodesic_distance};
+use reseflow_net::{DecoderConfig, Parameterisation};
 
 use crate::PolicySample;
 
@@ -18,14 +19,22 @@ pub(crate) fn take_nearest_half_turn(sample: &mut PolicySample, world_from_gripp
     }
 }
 
+/// Whether networks of these settings are taught trajectories whose fingers close along their motion: where the fingers are alike.
+///
+/// Not those that answer with velocities. A trajectory half a turn away has a logarithm with two branches, whose mean is neither; they
+/// are taught the half-turn that the expert took, which is the nearer one.
+pub(crate) fn closes_along_motion(decoder: &DecoderConfig) -> bool {
+    decoder.nearest_half_turn && decoder.parameterisation == Parameterisation::Endpoint
+}
+
 /// A trajectory that moves less than this along the closing direction does not say which half-turn closes along its motion, metres.
 const LEAST_MOTION_M: f64 = 0.002;
 
 /// Turns `chunk` by half a turn about the approach axis where it moves against the closing direction, so that it moves along it.
 ///
-/// Which half-turn is nearer to the gripper jumps where the two are equally near. This choice depends on the task alone and changes
-/// smoothly with it, so that it can be learned; [`take_nearest_half_turn`] then restores the other. A trajectory that hardly moves
-/// that way stays as it is.
+/// Which half-turn is nearer to the gripper jumps where the two are equally near. This choice does not depend on where the gripper is, and
+/// changes smoothly with the path ahead, so that it can be learned; [`take_nearest_half_turn`] then restores the other. A trajectory
+/// that hardly moves that way, such as the rest of a path at its end, stays as it is.
 pub(crate) fn close_along_motion(chunk: &mut ActionChunk) {
     let closing = |pose: &SE3| pose.rotation.act(&Vector3::y());
     let steps = chunk.0.windows(2).map(|pair| {

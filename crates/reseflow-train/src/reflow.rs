@@ -4,8 +4,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{ActionChunk, Dataset, Window, WindowPairs};
 use reseflow_flow::{Coupling, ObjectiveConfig, TimeSampling};
+use reseflow_net::DecoderConfig;
 use serde::{Deserialize, Serialize};
 
+use crate::half_turn::{close_along_motion, closes_along_motion};
 use crate::{PairConfig, TrainConfig, TrainError};
 
 /// How Flow 2 is made of Flow 1. What is not said here is as in the training of Flow 1.
@@ -182,10 +184,12 @@ impl<'a> Mixture<'a> {
         (&self.config, self.pairs)
     }
 
-    /// Draws one example; an episode's first window comes up with the share `first_share`, else any of its windows with pairs.
+    /// Draws one example for a network of these settings; an episode's first window comes up with the share `first_share`, else any of
+    /// its windows with pairs.
     pub(crate) fn draw(
         &self,
         demonstrations: &Dataset,
+        decoder: &DecoderConfig,
         first_share: f64,
         rng: &mut ChaCha8Rng,
     ) -> Result<Example, TrainError> {
@@ -200,7 +204,11 @@ impl<'a> Mixture<'a> {
         }
         let targets: Vec<_> = window.targets(&demonstrations.episodes, self.horizon).collect();
         let weights: Vec<f64> = targets.iter().map(|target| target.weight()).collect();
-        let clean = ActionChunk(targets.iter().map(|target| *target.action).collect());
+        let mut clean = ActionChunk(targets.iter().map(|target| *target.action).collect());
+        if closes_along_motion(decoder) {
+            // As the images do; half a turn away, the nearest image would be nearly the farthest.
+            close_along_motion(&mut clean);
+        }
         let chosen = self.config.coupling.choose(pairs, &clean, &weights, rng)?;
         Ok(Example { window: *window, noise: pairs[chosen].noise.clone(), clean })
     }
@@ -212,6 +220,8 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
     use reseflow_data::{Action, Episode, FlowPair};
     use reseflow_lie::{SE3, SO3, Vector3};
+    use reseflow_net::Parameterisation;
+    use std::f64::consts::PI;
 
     const HORIZON: usize = 3;
     const DRAWS: usize = 4000;
@@ -251,8 +261,8 @@ mod tests {
     fn draws(config: MixtureConfig, first_share: f64) -> Vec<Example> {
         let (dataset, pairs) = world();
         let mixture = Mixture::new(config, &pairs, &dataset, HORIZON).unwrap();
-        let mut rng = ChaCha8Rng::seed_from_u64(8);
-        (0..DRAWS).map(|_| mixture.draw(&dataset, first_share, &mut rng).unwrap()).collect()
+        let (mut rng, decoder) = (ChaCha8Rng::seed_from_u64(8), DecoderConfig::default());
+        (0..DRAWS).map(|_| mixture.draw(&dataset, &decoder, first_share, &mut rng).unwrap()).collect()
     }
 
     /// Whether the example's endpoint is the demonstration, and not an image of Flow 1's.
@@ -284,6 +294,42 @@ mod tests {
         assert_eq!(noises(Coupling::Anchored), [0, DRAWS, 0, 0], "the one 0.1 m off is nearest");
         let any = noises(Coupling::Independent);
         assert!(any.iter().all(|count| count.abs_diff(DRAWS / 4) < 110), "{any:?}: 4 deviations are 110");
+    }
+
+    /// A path along +y whose fingers close across it by the angle: less than a quarter turn is along it.
+    fn path(yaw_rad: f64) -> ActionChunk {
+        let rotation = SO3::exp(&(Vector3::z() * yaw_rad));
+        let action = |step: usize| Action {
+            world_from_gripper: SE3::new(rotation, Vector3::y() * (0.05 * step as f64)),
+            opening: 0.0,
+        };
+        ActionChunk((0..HORIZON).map(action).collect())
+    }
+
+    #[test]
+    fn anchored_demonstrations_are_compared_as_they_are_taught() {
+        let demonstrated = Episode {
+            observations: Vec::new(),
+            // Against its motion, and 0.1 rad off.
+            actions: path(PI + 0.1).0,
+            alternative: None,
+            disturbance: None,
+        };
+        let dataset = Dataset { episodes: vec![demonstrated], meta: None };
+        let images = [0.9, 0.12, -0.5].map(path);
+        let pairs = (0..).zip(images).map(|(m, image)| FlowPair { noise: chunk(f64::from(m)), image });
+        let pairs = [WindowPairs { window: Window { episode: 0, step: 0 }, pairs: pairs.collect() }];
+        let config = MixtureConfig { pair_share: 0.0, coupling: Coupling::Anchored };
+        let mixture = Mixture::new(config, &pairs, &dataset, HORIZON).unwrap();
+        let chosen = |nearest_half_turn: bool, parameterisation: Parameterisation| {
+            let decoder = DecoderConfig { nearest_half_turn, parameterisation, ..DecoderConfig::default() };
+            let example = mixture.draw(&dataset, &decoder, 0.3, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+            (x_m(&example.noise), example.clean == path(PI + 0.1))
+        };
+        assert_eq!(chosen(true, Parameterisation::Endpoint), (1.0, false), "0.02 rad off, once taught");
+        // 3.14 − 0.8 rad off as recorded.
+        assert_eq!(chosen(false, Parameterisation::Endpoint), (0.0, true));
+        assert_eq!(chosen(true, Parameterisation::Twist), (0.0, true), "velocities are taught as recorded");
     }
 
     #[test]

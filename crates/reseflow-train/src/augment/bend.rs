@@ -94,7 +94,7 @@ impl Bend {
         let world_from_plane = SE3::new(action.rotation, centroid_m);
         let plane_from_world = world_from_plane.inverse();
         let radius_m = points().map(|point| plane_from_world.act(&point).xy().norm()).fold(0.0, f64::max);
-        let mut normal = || -> f64 { StandardNormal.sample(rng) };
+        let mut normal = || -> f64 { if bend > 0.0 { StandardNormal.sample(rng) } else { 0.0 } };
         let stretch = (bend * normal()).clamp(-0.3, 0.3);
         let [quadratic, cubic] = [2.0 * REFERENCE_M, 3.0 * REFERENCE_M * REFERENCE_M]
             .map(|size| [bend * normal() / size, bend * normal() / size]);
@@ -108,7 +108,9 @@ impl Bend {
             drawn.conformal([inside.x, inside.y]).0
         };
         let places_m: Vec<Complex> = points().map(bent).collect();
-        drawn.swirls = std::array::from_fn(|_| Swirl::draw(&places_m, swirl_std_rad, rng));
+        if swirl_std_rad > 0.0 {
+            drawn.swirls = std::array::from_fn(|_| Swirl::draw(&places_m, swirl_std_rad, rng));
+        }
         Some(drawn)
     }
 

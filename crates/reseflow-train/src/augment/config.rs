@@ -19,18 +19,13 @@ pub struct AugmentConfig {
     /// Largest turn of all colours about the grey axis, as a share of the whole circle; the turn is drawn uniformly from both sides.
     pub hue_shift: f64,
     /// Standard deviation of the gripper's turn about each of its axes, radian; the actions stay where they are. The gripper is moved
-    /// only where an episode begins and while its fingers are to stay open (elsewhere by `held_share`), and never such that it closes across the next action,
+    /// only where an episode begins and while its fingers are to stay open, and never such that it closes across the next action,
     /// where an expert might take the other half-turn.
     pub gripper_std_rad: f64,
     /// Standard deviation of the gripper's shift along each of its axes, metres; the actions stay where they are.
     pub gripper_std_m: f64,
     /// Largest turn of the gripper about its approach axis, radian, on top of the other turns; drawn uniformly from both sides.
     pub gripper_yaw_rad: f64,
-    /// How far the gripper is moved where it may hold something, as a share of the two standard deviations above. The object does not
-    /// follow it, so this is for tasks in which what is held is not seen apart from the gripper, such as a brush. It teaches
-    /// to come back to a path from beside it.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub held_share: f64,
     /// Standard deviation of a bend of the scene within the plane across the approach axis: by how much, 0.15 m from the middle,
     /// things are turned (in radian) and stretched. For tasks that follow a drawn curve.
     pub bend_std: f64,
@@ -63,23 +58,12 @@ impl AugmentConfig {
         gripper_std_rad: 0.0,
         gripper_std_m: 0.0,
         gripper_yaw_rad: 0.0,
-        held_share: 0.0,
         bend_std: 0.0,
         swirl_std_rad: 0.0,
         mirror_share: 0.0,
         half_turn_share: 0.0,
         scene_rotation: false,
     };
-
-    /// The same for a gripper that may hold something.
-    pub(super) fn while_held(&self) -> Self {
-        Self {
-            gripper_std_rad: self.held_share * self.gripper_std_rad,
-            gripper_std_m: self.held_share * self.gripper_std_m,
-            gripper_yaw_rad: 0.0,
-            ..*self
-        }
-    }
 
     /// Checks every value.
     ///
@@ -94,7 +78,6 @@ impl AugmentConfig {
             ("gripper_std_rad", self.gripper_std_rad, 1.0),
             ("gripper_std_m", self.gripper_std_m, 1.0),
             ("gripper_yaw_rad", self.gripper_yaw_rad, PI),
-            ("held_share", self.held_share, 1.0),
             ("bend_std", self.bend_std, 0.5),
             ("swirl_std_rad", self.swirl_std_rad, PI),
             ("mirror_share", self.mirror_share, 1.0),
@@ -108,8 +91,4 @@ impl AugmentConfig {
         }
         Ok(())
     }
-}
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }

@@ -35,6 +35,7 @@ pub(crate) fn tiny_config() -> EtSeedConfig {
         layers: 1,
         token_scalars: 32,
         token_vectors: 8,
+        grasp_memory: true,
         ..DecoderConfig::default()
     };
     let network = DriftNetConfig { encoder, decoder, ..DriftNetConfig::default() };

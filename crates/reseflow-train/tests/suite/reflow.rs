@@ -48,8 +48,19 @@ fn pairs_end_where_the_policy_carries_the_same_noise() {
         assert!(distance(&of.pairs[1].image, &of.pairs[0].image) > 1e-3, "another noise, the same image");
     }
     assert_eq!(make_pairs(&policy, &data, &config, &|_| {}).unwrap(), pairs);
-    let all = PairConfig { windows: 99, noises: 1, ..config };
-    assert_eq!(make_pairs(&policy, &data, &all, &|_| {}).unwrap().len(), 2 * data.steps());
+    let all = make_pairs(&policy, &data, &PairConfig { windows: 99, noises: 1, ..config }, &|_| {}).unwrap();
+    assert_eq!(all.len(), 2 * data.steps());
+    // Also half-way, where the policy is told of earlier frames and of where the gripper took hold.
+    let seen = all.iter().flat_map(|WindowPairs { window, .. }| {
+        let recorded = &data.episodes[window.episode].observations;
+        let history = ObservationHistory::at_step(recorded, window.step, 2);
+        [history.clone(), history]
+    });
+    let drawn = policy.predict(&seen.collect::<Vec<_>>(), &[6], STEPS).unwrap();
+    for (n, of) in all.iter().enumerate() {
+        let off = distance(&of.pairs[0].image, &drawn[2 * n + 1][0].consensus);
+        assert!(off < 1e-4, "{:?}: the image is {off} from where the policy ends", of.window);
+    }
 }
 
 /// Pairs of a flow that goes half the way to the demonstration, in a line.

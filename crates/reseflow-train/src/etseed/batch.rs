@@ -36,13 +36,23 @@ pub(super) fn draw(
         let window = draw_window(data, train, rng);
         let scene = Scene::draw(window, data, decoder, train, rng);
         let view = SceneView::new(&scene.seen(), config)?;
-        let last = rng.random::<f64>() < config.last_step_share;
-        let level = if last { 1 } else { rng.random_range(2..=config.diffusion.steps) };
+        let level = draw_level(config, rng);
         let clean = view.anchor.see(&scene.clean);
         let noisy = diffusion.noised(&clean, level, rng);
         examples.push(Example { window, view, level, clean, noisy, weights: scene.weights });
     }
     Ok(examples)
+}
+
+/// The noise level of one window, from 1 up to K.
+fn draw_level(config: &EtSeedConfig, rng: &mut ChaCha8Rng) -> usize {
+    let steps = config.diffusion.steps;
+    if rng.random::<f64>() < config.last_step_share {
+        return 1;
+    }
+    let noisiest = config.noisiest_share > 0.0 && rng.random::<f64>() < config.noisiest_share;
+    let least = if noisiest { (steps - steps / 10 + 1).clamp(2, steps) } else { 2 };
+    rng.random_range(least..=steps)
 }
 
 /// The mean loss of `examples`, each judged on the kernel of its level.

@@ -14,8 +14,12 @@ pub struct EtSeedConfig {
     pub diffusion: DiffusionConfig,
     /// Sizes of each of the two networks, as those of a flow's.
     pub network: DriftNetConfig,
-    /// Share of the training windows that are given to the last, equivariant step; the other levels are uniform.
+    /// Share of the training windows that are given to the last, equivariant step; the other levels are uniform but for the next share.
     pub last_step_share: f64,
+    /// Share of the other windows that are given to the noisiest tenth of the levels. Only there does the noise hide where the trajectory
+    /// goes, so that it has to be read from the scene; below, a uniform choice of levels mostly teaches to keep what is there. It is to
+    /// the baseline what `train.time.zero_share` is to a flow.
+    pub noisiest_share: f64,
     /// Weight of the opening's error.
     pub opening: f64,
 }
@@ -26,6 +30,7 @@ impl Default for EtSeedConfig {
             diffusion: DiffusionConfig::default(),
             network: DriftNetConfig::default(),
             last_step_share: 0.1,
+            noisiest_share: 0.0,
             opening: 0.25,
         }
     }
@@ -46,9 +51,11 @@ impl EtSeedConfig {
                     .to_owned(),
             ));
         }
-        for (key, value, high) in
-            [("last_step_share", self.last_step_share, 1.0), ("opening", self.opening, 1e6)]
-        {
+        for (key, value, high) in [
+            ("last_step_share", self.last_step_share, 1.0),
+            ("noisiest_share", self.noisiest_share, 1.0),
+            ("opening", self.opening, 1e6),
+        ] {
             if !(0.0..=high).contains(&value) {
                 let fault = format!("baseline.{key} must lie in 0 to {high}, got {value}");
                 return Err(TrainError::Config(fault));

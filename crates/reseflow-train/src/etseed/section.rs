@@ -16,8 +16,10 @@ pub struct BaselineConfig {
     pub learning_rate: f64,
     /// Updates of linear warm-up.
     pub warmup: usize,
-    /// Share of the training windows that are given to the last, equivariant step; the other levels are uniform.
+    /// Share of the training windows that are given to the last, equivariant step.
     pub last_step_share: f64,
+    /// Share of the other windows that are given to the noisiest tenth of the levels; the rest are uniform.
+    pub noisiest_share: f64,
     /// Weight of the opening's error.
     pub opening: f64,
     /// Noise levels, noise and frame.
@@ -27,8 +29,9 @@ pub struct BaselineConfig {
 impl Default for BaselineConfig {
     fn default() -> Self {
         let TrainConfig { updates, learning_rate, warmup, .. } = TrainConfig::default();
-        let EtSeedConfig { last_step_share, opening, diffusion, .. } = EtSeedConfig::default();
-        Self { updates, learning_rate, warmup, last_step_share, opening, diffusion }
+        let EtSeedConfig { last_step_share, noisiest_share, opening, diffusion, .. } =
+            EtSeedConfig::default();
+        Self { updates, learning_rate, warmup, last_step_share, noisiest_share, opening, diffusion }
     }
 }
 
@@ -51,8 +54,8 @@ impl BaselineConfig {
 
     /// The networks and the diffusion; `base` is Flow 1's.
     pub fn model(&self, base: &ModelConfig) -> EtSeedConfig {
-        let Self { last_step_share, opening, diffusion, .. } = *self;
-        EtSeedConfig { diffusion, network: base.network.clone(), last_step_share, opening }
+        let Self { last_step_share, noisiest_share, opening, diffusion, .. } = *self;
+        EtSeedConfig { diffusion, network: base.network.clone(), last_step_share, noisiest_share, opening }
     }
 
     /// The optimisation: that of Flow 1 but for what this table says.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use reseflow_data::{Split, Window};
-use reseflow_train::{AugmentConfig, TrainConfig, TrainError};
+use reseflow_train::{AugmentConfig, EtSeedConfig, TrainConfig, TrainError};
 
 use crate::support::{Shelf, demonstrations, histories, mean_d_geo, tiny_config, tiny_training};
 
@@ -93,9 +93,13 @@ fn what_cannot_be_trained_is_refused_and_a_number_that_is_none_is_reported_with_
         let fault = shelf.train("never", &tiny_config(), &train, &data, None).unwrap_err().to_string();
         assert!(fault.contains(&format!("train.{key}")), "{fault}");
     }
-    let mut config = tiny_config();
-    config.last_step_share = -0.1;
-    assert!(matches!(shelf.train("never", &config, &good, &data, None), Err(TrainError::Config(_))));
+    for (key, config) in [
+        ("last_step_share", EtSeedConfig { last_step_share: -0.1, ..tiny_config() }),
+        ("noisiest_share", EtSeedConfig { noisiest_share: 1.1, ..tiny_config() }),
+    ] {
+        let fault = shelf.train("never", &config, &good, &data, None).unwrap_err().to_string();
+        assert!(fault.contains(&format!("baseline.{key}")), "{fault}");
+    }
     let mut broken = data.clone();
     broken.episodes[0].actions[4].opening = f64::NAN;
     let train = TrainConfig { updates: 50, ..good };

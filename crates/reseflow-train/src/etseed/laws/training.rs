@@ -75,6 +75,22 @@ fn a_tenth_of_the_windows_is_for_the_last_step_and_the_other_levels_are_uniform(
     assert!(levels.iter().all(|level| (1..=100).contains(level)) && levels.contains(&100));
 }
 
+#[test]
+fn the_noisiest_levels_have_their_share_of_what_is_not_for_the_last_step() {
+    const COUNT: usize = 4000;
+    for (steps, least) in [(100, 91), (2, 2)] {
+        let mut config = EtSeedConfig { noisiest_share: 0.3, ..config() };
+        config.diffusion.steps = steps;
+        let drawn = examples(&data(2), &config, COUNT);
+        let found = drawn.iter().filter(|example| example.level >= least).count() as f64 / COUNT as f64;
+        let of_the_rest = (steps + 1 - least) as f64 / (steps - 1) as f64;
+        let expected = 0.9 * (0.3 + 0.7 * of_the_rest);
+        // Five standard errors.
+        assert!((found - expected).abs() < 5.0 * (expected / COUNT as f64).sqrt(), "{steps}: {found}");
+        assert!(drawn.iter().all(|example| (1..=steps).contains(&example.level)));
+    }
+}
+
 /// Ends of episodes that are not cumulative gave seven windows of five hundred steps.
 #[test]
 fn every_step_of_every_episode_is_drawn() {

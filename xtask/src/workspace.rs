@@ -8,9 +8,10 @@ use serde::Deserialize;
 
 use crate::process::cargo;
 
-/// The workspace's root folder.
+/// The workspace's root folder: of the workspace that cargo runs this from, which may share a target folder with another copy.
 pub(crate) fn root() -> PathBuf {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let here = std::env::var_os("CARGO_MANIFEST_DIR");
+    let here = here.as_deref().map_or(Path::new(env!("CARGO_MANIFEST_DIR")), Path::new);
     here.parent().unwrap_or(here).to_path_buf()
 }
 

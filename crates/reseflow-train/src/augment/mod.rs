@@ -26,7 +26,7 @@ use turn::Turn;
 /// What is done to a window as a whole: to all its frames, its noise and its actions alike.
 ///
 /// Observations and noise follow the gripper's move, the actions do not, because an expert's commands depend on the scene alone (but
-/// for the choice between grasps that are as good as each other). So the gripper moves only while it is free ([`is_free`]).
+/// for the choice between grasps that are as good as each other). So the gripper moves only while it may be elsewhere ([`may_be_elsewhere`]).
 #[derive(Debug)]
 pub(crate) struct Augmentation {
     scaling: Option<Scaling>,
@@ -54,7 +54,7 @@ impl Augmentation {
         config: &AugmentConfig,
         rng: &mut ChaCha8Rng,
     ) -> Self {
-        let is_free = is_free(step, next);
+        let moves = may_be_elsewhere(step, next);
         let scaling = Scaling::draw(&latest.cloud, config.scale_std, rng);
         let mirror = chance(config.mirror_share, rng).then(|| Mirror::of_gripper(&latest.world_from_gripper));
         let is_half_turned = chance(config.half_turn_share, rng);
@@ -83,7 +83,7 @@ impl Augmentation {
                 (drawn.bend_move, gripper, next) = (Some(bend_move), bend_move * gripper, bent);
             }
         }
-        drawn.gripper_move = is_free.then(|| gripper_move(&gripper, &next, config, rng)).flatten();
+        drawn.gripper_move = moves.then(|| gripper_move(&gripper, &next, config, rng)).flatten();
         drawn.noise_move = drawn.gripper_move.map(|gripper_move| gripper * gripper_move * gripper.inverse());
         drawn.turn = config.scene_rotation.then(|| Turn::draw(&latest.cloud, rng)).flatten();
         drawn
@@ -167,7 +167,7 @@ impl Augmentation {
 /// and while the fingers are to stay open.
 ///
 /// Later on it holds something, or is on its way along something, and its own pose says how far it has come.
-fn is_free(step: usize, next: &Action) -> bool {
+fn may_be_elsewhere(step: usize, next: &Action) -> bool {
     step == 0 || next.opening > 0.5
 }
 

@@ -46,9 +46,8 @@ impl Scene {
     ) -> Self {
         let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
-        let clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
-        let latest = &observed[observed.len() - 1];
-        let augmentation = Augmentation::draw(window.step, latest, &clean.0, &train.augment, rng);
+        let (latest, next) = (&observed[observed.len() - 1], wanted[0].action);
+        let augmentation = Augmentation::draw(window.step, latest, next, &train.augment, rng);
         observed.iter_mut().for_each(|seen| augmentation.observation(seen));
         observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.augment.drop_points, rng));
         let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
@@ -62,6 +61,7 @@ impl Scene {
                 augmentation.earlier(recorded.world_from_gripper)
             }
         };
+        let clean = ActionChunk(wanted.iter().map(|target| *target.action).collect());
         let mut scene = Self {
             window,
             observed,

@@ -46,15 +46,13 @@ struct Swirl {
 impl Swirl {
     const NONE: Self = Self { centre_m: [0.0; 2], angle_rad: 0.0, size_m: 1.0 };
 
-    /// A swirl about one of `places_m`, or near it.
+    /// A swirl about one of `places_m`.
     fn draw(places_m: &[Complex], angle_std_rad: f64, rng: &mut ChaCha8Rng) -> Self {
-        let size_m = rng.random_range(SWIRLS_M);
-        let place_m = places_m[rng.random_range(0..places_m.len())];
-        let mut normal = || -> f64 { StandardNormal.sample(rng) };
+        let normal: f64 = StandardNormal.sample(rng);
         Self {
-            centre_m: place_m.map(|place| place + 0.5 * size_m * normal()),
-            angle_rad: angle_std_rad * normal(),
-            size_m,
+            centre_m: places_m[rng.random_range(0..places_m.len())],
+            angle_rad: angle_std_rad * normal,
+            size_m: rng.random_range(SWIRLS_M),
         }
     }
 
@@ -80,11 +78,10 @@ fn times(a: Complex, b: Complex) -> Complex {
 }
 
 impl Bend {
-    /// A bend in the plane across the approach axis of the first pose of `path`, about the centroid of `cloud`, with swirls near the path;
-    /// `None` where `config` asks for none.
+    /// A bend in the plane across `action`'s approach axis, about the centroid of `cloud`; `None` where `config` asks for none.
     pub(super) fn draw(
         cloud: &PointCloud,
-        path: &[SE3],
+        action: &SE3,
         config: &AugmentConfig,
         rng: &mut ChaCha8Rng,
     ) -> Option<Self> {
@@ -92,7 +89,6 @@ impl Bend {
         if (bend == 0.0 && swirl_std_rad == 0.0) || cloud.is_empty() {
             return None;
         }
-        let action = path.first()?;
         let points = || cloud.points.iter().map(|point| Vector3::from(point.map(f64::from)));
         let centroid_m = points().sum::<Vector3<f64>>() / cloud.len() as f64;
         let world_from_plane = SE3::new(action.rotation, centroid_m);
@@ -111,7 +107,7 @@ impl Bend {
             let inside = plane_from_world.act(&point);
             drawn.conformal([inside.x, inside.y]).0
         };
-        let places_m: Vec<Complex> = path.iter().map(|pose| bent(pose.translation)).collect();
+        let places_m: Vec<Complex> = points().map(bent).collect();
         if swirl_std_rad > 0.0 {
             drawn.swirls = std::array::from_fn(|_| Swirl::draw(&places_m, swirl_std_rad, rng));
         }
@@ -252,9 +248,9 @@ mod tests {
     }
 
     fn bend(bend_std: f64, swirl_std_rad: f64, seed: u64) -> Bend {
-        let path: Vec<_> = along_an_arc().iter().map(|action| action.world_from_gripper).collect();
+        let next = along_an_arc().0[0].world_from_gripper;
         let config = AugmentConfig { bend_std, swirl_std_rad, ..AugmentConfig::NONE };
-        Bend::draw(&cloud(), &path, &config, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap()
+        Bend::draw(&cloud(), &next, &config, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap()
     }
 
     /// Bends, swirls, and both.
@@ -289,26 +285,6 @@ mod tests {
     }
 
     #[test]
-    fn swirls_lie_near_the_path_and_not_just_anywhere_in_the_scene() {
-        for seed in 0..100 {
-            for swirl in bend(0.0, 1.0, seed).swirls {
-                let [x, y] = swirl.centre_m;
-                let centre = bend(0.0, 1.0, seed).world_from_plane.act(&Vector3::new(x, y, 0.0));
-                let off = along_an_arc()
-                    .iter()
-                    .map(|action| {
-                        let apart = centre - action.world_from_gripper.translation;
-                        let up = action.world_from_gripper.rotation.act(&Vector3::z());
-                        (apart - up * up.dot(&apart)).norm()
-                    })
-                    .fold(f64::INFINITY, f64::min);
-                // Half a size is one standard deviation along each axis.
-                assert!(off < 0.5 * swirl.size_m * 5.0, "{off} m from the path");
-            }
-        }
-    }
-
-    #[test]
     fn points_and_poses_are_bent_alike() {
         for bend in draws() {
             let pose = along_an_arc().0[4].world_from_gripper;
@@ -321,27 +297,33 @@ mod tests {
 
     #[test]
     fn actions_keep_their_shares_of_the_path() {
+        let lengths = |chunk: &ActionChunk| -> Vec<f64> {
+            let steps = chunk.0.windows(2);
+            steps
+                .map(|pair| {
+                    (pair[1].world_from_gripper.translation - pair[0].world_from_gripper.translation).norm()
+                })
+                .collect()
+        };
         let mut uneven: f64 = 0.0;
         for bend in draws() {
-            let before = along_an_arc();
-            let mut after = before.clone();
-            bend.actions(&mut after);
-            let place = |index: usize| after.0[index].world_from_gripper.translation;
-            assert!(((place(1) - place(0)).norm() - 0.05).abs() < 1e-6, "the approach changed");
-            assert!((place(2) - place(1)).norm() < 1e-6, "the approach changed");
-            let straight = bend.path(&before.0, |pose| *pose);
-            let bent = bend.path(&before.0, |pose| bend.pose(pose));
-            let widest = bent.share.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-            for index in 2..COUNT {
-                let wanted = straight.share[index * SUBDIVISIONS];
-                let found =
-                    bent.poses.iter().rposition(|pose| (pose.translation - place(index)).norm() < 1e-12);
-                let off = (bent.share[found.expect("an action lies on the path")] - wanted).abs();
-                assert!(off <= 0.5 * widest + 1e-9, "action {index} is {off} of the path from its place");
-                uneven = uneven.max((bent.share[index * SUBDIVISIONS] - wanted).abs());
-            }
+            let mut bent = along_an_arc();
+            bend.actions(&mut bent);
+            let steps = lengths(&bent);
+            assert!((steps[0] - 0.05).abs() < 1e-6 && steps[1] < 1e-6, "the approach changed: {steps:?}");
+            let mean = steps[2..].iter().sum::<f64>() / (steps.len() - 2) as f64;
+            // One place of 24 between two actions is 4 % of a step, at either end.
+            assert!(steps[2..].iter().all(|step| (step / mean - 1.0).abs() < 0.12), "{steps:?}");
+            let plain: Vec<_> =
+                along_an_arc().0.iter().map(|action| bend.pose(&action.world_from_gripper)).collect();
+            let plain: Vec<f64> = plain
+                .windows(2)
+                .skip(2)
+                .map(|pair| (pair[1].translation - pair[0].translation).norm())
+                .collect();
+            uneven = plain.iter().fold(uneven, |most, step| most.max((step / mean - 1.0).abs()));
         }
-        assert!(uneven > 0.05, "the bends stretch everything alike: {uneven}");
+        assert!(uneven > 0.1, "the bends stretch everything alike: {uneven}");
     }
 
     #[test]

@@ -29,8 +29,8 @@ pub struct AugmentConfig {
     /// Standard deviation of a bend of the scene within the plane across the approach axis: by how much, 0.15 m from the middle,
     /// things are turned (in radian) and stretched. For tasks that follow a drawn curve.
     pub bend_std: f64,
-    /// Standard deviation of the angle, radian, by which each of two swirls turns the surroundings of a place near the path of the actions, in
-    /// the same plane: they make hooks and waves of straight lines. For tasks that follow a drawn curve with the gripper closing along it.
+    /// Standard deviation of the angle, radian, by which each of two swirls turns the surroundings of one of the scene's points, in the same
+    /// plane: they make hooks and waves of straight lines. For tasks that follow a drawn curve with the gripper closing along it.
     pub swirl_std_rad: f64,
     /// Share of windows that are seen in a mirror: the plane in which the gripper is its own mirror image.
     pub mirror_share: f64,

@@ -45,16 +45,16 @@ pub(crate) struct Augmentation {
 }
 
 impl Augmentation {
-    /// Draws the changes of a window that starts at `step`, whose latest observation is `latest` and whose actions are `ahead`, at
-    /// least one; what is switched off draws nothing.
+    /// Draws the changes of a window that starts at `step`, whose latest observation is `latest` and whose next action is `next`;
+    /// what is switched off draws nothing.
     pub(crate) fn draw(
         step: usize,
         latest: &Observation,
-        ahead: &[Action],
+        next: &Action,
         config: &AugmentConfig,
         rng: &mut ChaCha8Rng,
     ) -> Self {
-        let moves = may_be_elsewhere(step, &ahead[0]);
+        let moves = may_be_elsewhere(step, next);
         let scaling = Scaling::draw(&latest.cloud, config.scale_std, rng);
         let mirror = chance(config.mirror_share, rng).then(|| Mirror::of_gripper(&latest.world_from_gripper));
         let is_half_turned = chance(config.half_turn_share, rng);
@@ -70,15 +70,13 @@ impl Augmentation {
             hue,
             turn: None,
         };
-        let mut gripper = latest.world_from_gripper;
-        let mut path: Vec<SE3> = ahead.iter().map(|action| action.world_from_gripper).collect();
+        let (mut gripper, mut next) = (latest.world_from_gripper, next.world_from_gripper);
         drawn.reshape(&mut gripper);
-        path.iter_mut().for_each(|pose| drawn.reshape(pose));
-        let mut next = path[0];
+        drawn.reshape(&mut next);
         if config.bend_std > 0.0 || config.swirl_std_rad > 0.0 {
             let mut cloud = latest.cloud.clone();
             drawn.points(&mut cloud.points);
-            drawn.bend = Bend::draw(&cloud, &path, config, rng);
+            drawn.bend = Bend::draw(&cloud, &next, config, rng);
             if let Some(bend) = drawn.bend {
                 let bent = bend.pose(&next);
                 let bend_move = bent * next.inverse();
@@ -226,7 +224,7 @@ mod tests {
         let before = seen();
         let (mut after, mut actions, mut noise) =
             (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
-        let drawn = Augmentation::draw(0, &before, &[next()], &AugmentConfig::NONE, &mut one);
+        let drawn = Augmentation::draw(0, &before, &next(), &AugmentConfig::NONE, &mut one);
         drawn.observation(&mut after);
         drawn.actions(&mut actions);
         drawn.noise(&mut noise);
@@ -244,7 +242,7 @@ mod tests {
         let next = Action { world_from_gripper: seen().world_from_gripper, opening: 1.0 };
         for seed in 0..300 {
             let before = seen();
-            let drawn = Augmentation::draw(0, &before, &[next], &config, &mut rng(seed));
+            let drawn = Augmentation::draw(0, &before, &next, &config, &mut rng(seed));
             let (mut after, mut actions, mut noise) =
                 (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
             drawn.observation(&mut after);
@@ -274,7 +272,7 @@ mod tests {
         for (step, action, moves) in
             [(0, closing, true), (1, next(), true), (1, closing, false), (7, closing, false)]
         {
-            let drawn = Augmentation::draw(step, &seen(), &[action], &config, &mut rng(4));
+            let drawn = Augmentation::draw(step, &seen(), &action, &config, &mut rng(4));
             assert_eq!(drawn.gripper_move.is_some(), moves, "step {step}, opening {}", action.opening);
         }
     }
@@ -283,7 +281,7 @@ mod tests {
     fn a_mirrored_scene_leaves_the_gripper_and_keeps_distances_between_cloud_and_actions() {
         let config = AugmentConfig { mirror_share: 1.0, ..AugmentConfig::NONE };
         let before = seen();
-        let drawn = Augmentation::draw(0, &before, &[next()], &config, &mut rng(1));
+        let drawn = Augmentation::draw(0, &before, &next(), &config, &mut rng(1));
         let (mut after, mut actions) = (before.clone(), chunk(pose(2.0, [0.3; 3])));
         drawn.observation(&mut after);
         drawn.actions(&mut actions);
@@ -300,7 +298,7 @@ mod tests {
     fn a_half_turn_swaps_the_fingers_of_gripper_noise_and_actions() {
         let config = AugmentConfig { half_turn_share: 1.0, ..AugmentConfig::NONE };
         let before = seen();
-        let drawn = Augmentation::draw(0, &before, &[next()], &config, &mut rng(1));
+        let drawn = Augmentation::draw(0, &before, &next(), &config, &mut rng(1));
         let (mut after, mut actions, mut noise) =
             (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
         drawn.observation(&mut after);
@@ -331,7 +329,7 @@ mod tests {
             ..AugmentConfig::NONE
         };
         let seen_by_the_gripper = |config: &AugmentConfig| {
-            let drawn = Augmentation::draw(0, &seen(), &[next()], config, &mut rng(6));
+            let drawn = Augmentation::draw(0, &seen(), &next(), config, &mut rng(6));
             let (mut after, mut actions, mut noise) =
                 (seen(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
             drawn.observation(&mut after);
@@ -366,7 +364,7 @@ mod tests {
         for seed in 0..20 {
             for (step, action, moves) in [(3, held, false), (0, next(), true)] {
                 let before = seen();
-                let drawn = Augmentation::draw(step, &before, &[action], &config, &mut rng(seed));
+                let drawn = Augmentation::draw(step, &before, &action, &config, &mut rng(seed));
                 let mut after = before.clone();
                 drawn.observation(&mut after);
                 let earlier = drawn.earlier(before.world_from_gripper);
@@ -381,7 +379,7 @@ mod tests {
         let config = AugmentConfig { mirror_share: 0.3, half_turn_share: 0.6, ..AugmentConfig::NONE };
         let mut rng = rng(5);
         let drawn: Vec<_> =
-            (0..1000).map(|_| Augmentation::draw(0, &seen(), &[next()], &config, &mut rng)).collect();
+            (0..1000).map(|_| Augmentation::draw(0, &seen(), &next(), &config, &mut rng)).collect();
         let mirrored = drawn.iter().filter(|drawn| drawn.mirror.is_some()).count();
         let turned = drawn.iter().filter(|drawn| drawn.is_half_turned).count();
         // Four standard deviations are 62.

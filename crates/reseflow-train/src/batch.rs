@@ -279,4 +279,24 @@ mod tests {
             assert!((off.translation_m - 0.1).abs() < 1e-9 && off.rotation_rad < 1e-9, "{off:?}");
         }
     }
+
+    #[test]
+    fn the_grasp_is_where_a_shown_frame_has_the_gripper() {
+        // Step 2 is the first with closed fingers, and its fingers are to open, so that its gripper is moved, and all frames with it.
+        let mut data = against_its_motion();
+        data.episodes[0].actions[2].opening = 1.0;
+        let decoder = DecoderConfig { horizon: STEPS, frames: 2, ..DecoderConfig::default() };
+        let augment = AugmentConfig { gripper_std_m: 0.05, ..AugmentConfig::NONE };
+        let train = TrainConfig { augment, ..TrainConfig::default() };
+        let recorded = data.episodes[0].observations[1].world_from_gripper;
+        let mut farthest: f64 = 0.0;
+        for seed in 0..20 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let scene = Scene::draw(Window { episode: 0, step: 2 }, &data, &decoder, &train, &mut rng);
+            let (shown, grasp) = (scene.observed[0].world_from_gripper, scene.seen().world_from_grasp);
+            assert!(geodesic_distance(&shown, &grasp).d_geo() < 1e-12);
+            farthest = farthest.max(geodesic_distance(&shown, &recorded).translation_m);
+        }
+        assert!(farthest > 0.02, "the gripper was not moved");
+    }
 }

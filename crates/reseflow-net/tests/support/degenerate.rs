@@ -141,13 +141,14 @@ pub(crate) fn degenerate_clouds_give_a_finite_transformer() {
 
 /// Clouds 3 m wide, turned and moved by ten metres along each axis; positions relative to that width. Rotations are read from sums of
 /// unit vectors and of offsets over 0.1 m, whose rounding grows with the width: they may be off by as many times more as these clouds
-/// are wider than those of the other laws (measured in f32: 2e-6). A single node whose two axes happen to lie near each other has a
-/// worse conditioned frame, which the consensus outweighs: nodes may be off five times as far (measured in f32: 8e-5).
+/// are wider than those of the other laws (measured in f32: 2e-6). A node whose columns are short has its rounding raised as they are
+/// normalised (measured in f32: 8e-5 where one is 0.07 long, most are 0.9; error times length stays below 1e-5): in one scene of
+/// the twenty a node may be off five times as far.
 pub(crate) fn a_wide_scene_far_away_gives_a_moved_trajectory(tolerance: f64) {
     const WIDTH_M: f64 = 3.0;
     const WIDENED: f64 = WIDTH_M / 0.5;
     for (name, device) in devices() {
-        let mut worst = Deviation::default();
+        let (mut worst, mut node_rotations) = (Deviation::default(), Vec::new());
         for index in 0..20 {
             let config = small();
             let mut rng = rng(6400 + index);
@@ -158,14 +159,19 @@ pub(crate) fn a_wide_scene_far_away_gives_a_moved_trajectory(tolerance: f64) {
             }
             let world = World { turn: SO3::sample_haar(&mut rng).matrix(), shift: Vector3::repeat(FAR_M) };
             let still = predict_one(&net, &scene, &device);
-            worst = worst.worse(still.deviation(&predict_one(&net, &scene.moved(&world), &device), &world));
+            let found = still.deviation(&predict_one(&net, &scene.moved(&world), &device), &world);
+            node_rotations.push(found.node_rotation);
+            worst = worst.worse(found);
         }
+        node_rotations.sort_by(f64::total_cmp);
+        let second = node_rotations[node_rotations.len() - 2];
         for (part, error, allowed) in [
             ("positions", worst.position_m / WIDTH_M, tolerance),
             ("openings and weights", worst.scalar, tolerance),
             ("nodes' positions", worst.node_position_m / WIDTH_M, tolerance),
             ("rotations", worst.rotation, WIDENED * tolerance),
-            ("nodes' rotations", worst.node_rotation, 5.0 * WIDENED * tolerance),
+            ("nodes' rotations, the worst scene", worst.node_rotation, 5.0 * WIDENED * tolerance),
+            ("nodes' rotations, the others", second, WIDENED * tolerance),
         ] {
             assert_small(&format!("{name} 3 m wide and 10 m away, {part}"), error, allowed);
         }

@@ -17,6 +17,10 @@ use crate::learners::regressor;
 pub struct ExperimentConfig {
     /// The run's name, and the name of its folder.
     pub name: String,
+    /// What sets an ablation apart from the main method, in a few words (`twist`, `one node`). Reports show the run in a row of that
+    /// name, and never let it stand for the main method; nothing else depends on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub variant: Option<String>,
     /// The task's registered name.
     pub task: String,
     /// The folder that holds the run's folder.
@@ -75,6 +79,7 @@ impl Default for ExperimentConfig {
     fn default() -> Self {
         Self {
             name: "experiment".to_owned(),
+            variant: None,
             task: "triangle".to_owned(),
             output: PathBuf::from("runs"),
             device: DeviceKind::default(),
@@ -141,6 +146,11 @@ impl ExperimentConfig {
             return Err(format!(
                 "`name` is `{name}`, expected letters, digits, `-`, `_` and `.`: it names a folder"
             ));
+        }
+        if let Some(variant) = &self.variant
+            && (variant.trim().is_empty() || variant.chars().any(char::is_control))
+        {
+            return Err(format!("`variant` is {variant:?}, expected a few words on one line"));
         }
         self.data.camera.validate().map_err(|fault| format!("`data.camera`: {fault}"))?;
         self.model.validate().map_err(|fault| fault.to_string())?;
@@ -262,6 +272,7 @@ mod tests {
             value.as_array().unwrap().iter().map(|set| set.as_str().unwrap().parse().unwrap()).collect()
         };
         let experiments = plan["experiment"].as_array().unwrap();
+        let mut trained: Vec<ExperimentConfig> = Vec::new();
         for experiment in experiments {
             let name = experiment["name"].as_str().unwrap();
             let mut overrides = vec![format!("name={name}").parse().unwrap()];
@@ -272,8 +283,27 @@ mod tests {
             config.validate().unwrap_or_else(|fault| panic!("{name}: {fault}"));
             assert_eq!(config.name, name);
             assert_eq!(Some(config.task.as_str()), name.split('-').next(), "the name begins with the task");
+            trained.extend(config.pretrained.is_none().then_some(config));
         }
         assert!(experiments.len() > 10);
+        is_an_ablation_or_the_main_method(&trained);
+    }
+
+    /// Runs of one task and number of demonstrations are trained alike but for the seed, unless a `variant` says that they are not.
+    fn is_an_ablation_or_the_main_method(runs: &[ExperimentConfig]) {
+        for (place, run) in runs.iter().enumerate() {
+            for other in &runs[..place] {
+                if run.task != other.task || run.data != other.data {
+                    continue;
+                }
+                let seeded = TrainConfig { seed: run.train.seed, ..other.train.clone() };
+                let reflow_alike =
+                    run.reflow.is_none() || other.reflow.is_none() || run.reflow == other.reflow;
+                let alike = run.model == other.model && run.train == seeded && reflow_alike;
+                let named_alike = run.variant == other.variant;
+                assert_eq!(alike, named_alike, "`variant` of {} and {}", run.name, other.name);
+            }
+        }
     }
 
     #[test]
@@ -313,6 +343,8 @@ mod tests {
             ("output=", "output"),
             ("data.camera.drop_fraction=2", "data.camera"),
             ("name=../elsewhere", "name"),
+            ("variant=\" \"", "variant"),
+            ("variant=\"one\\nnode\"", "variant"),
             ("eval.unimodal_d_geo=0", "eval.unimodal_d_geo"),
             ("eval.solver={kind=\"heun\", rtol=1e-3}", "eval.solver"),
             ("rollout.solver={kind=\"rk45\", atol=-1}", "rollout.solver"),

@@ -33,6 +33,8 @@ pub(super) struct Run {
     pub(super) folder: PathBuf,
     pub(super) name: String,
     pub(super) task: String,
+    /// What sets it apart from the main method, where it is an ablation.
+    pub(super) variant: Option<String>,
     /// Training demonstrations, where the configuration says.
     pub(super) demonstrations: Option<usize>,
     /// The seed of Flow 1's training, where a configuration says.
@@ -132,6 +134,7 @@ impl Run {
             folder: folder.to_owned(),
             name: word("name").or(file_name).unwrap_or_else(|| "run".to_owned()),
             task: word("task").or(told).unwrap_or_else(|| "unknown task".to_owned()),
+            variant: word("variant"),
             demonstrations,
             training_seed,
             shipped: shipped.is_some(),

@@ -11,6 +11,8 @@ mod pooling;
 #[cfg(test)]
 mod readme;
 mod results;
+#[cfg(test)]
+mod samples;
 mod shipped;
 mod study;
 mod summary;
@@ -73,8 +75,8 @@ pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> any
         }
     }
     let study = Study::new(runs);
-    let results = Results::of(&study);
-    let blocks = blocks(&study, &results, terminal)?;
+    let (results, headline) = (Results::of(study.runs.iter()), Results::of(study.headline()));
+    let blocks = blocks(&study, &headline, terminal)?;
     let page = html::render(TITLE, &blocks)?;
     let text = markdown::render(TITLE, &blocks);
     let mut drawn = Vec::new();
@@ -91,7 +93,7 @@ pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> any
     OutputFile::claim(&markdown)?.write(text.as_bytes())?;
     let (results_file, summary) = (folder.join("results.json"), folder.join("results.md"));
     OutputFile::claim(&results_file)?.write_json(&results)?;
-    OutputFile::claim(&summary)?.write(summary::markdown(&results).as_bytes())?;
+    OutputFile::claim(&summary)?.write(summary::markdown(&headline).as_bytes())?;
     let mut files = Vec::new();
     for (name, bytes) in drawn {
         let path = figures.join(name);
@@ -114,15 +116,15 @@ pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> any
 }
 
 /// The report, from top to bottom.
-fn blocks(study: &Study, results: &Results, terminal: &Terminal) -> anyhow::Result<Vec<Block>> {
+fn blocks(study: &Study, headline: &Results, terminal: &Terminal) -> anyhow::Result<Vec<Block>> {
     let section = |title: &str| Block::Section(title.to_owned());
     let mut blocks = texts::opening(study);
     blocks.extend(study.runs.iter().flat_map(|run| &run.missing).map(Block::absent));
 
     blocks.push(section("In short"));
-    blocks.push(figures::overview::chart(results)?);
+    blocks.push(figures::overview::chart(headline)?);
     blocks.push(
-        summary::table(results)
+        summary::table(headline)
             .or_absent("the summary: no task with a single expert was scored on the test split."),
     );
 

@@ -139,7 +139,8 @@ impl<'a> Pool<'a> {
     pub(super) fn acting(&self) -> Vec<Vec<&'a Acting>> {
         let kind = |acting: &'a Acting| {
             let report = &acting.report;
-            (acting.learner, report.steps, report.n_action_steps, report.disturbed, report.split.as_str())
+            let scenes = (report.split.as_str(), report.seed, report.episodes);
+            (acting.learner, report.steps, report.n_action_steps, report.disturbed, scenes)
         };
         let mut pooled: Vec<Vec<&'a Acting>> = Vec::new();
         for acting in self.runs.iter().flat_map(|run| &run.acting) {
@@ -163,7 +164,8 @@ fn same_settings(a: &Run, b: &Run) -> bool {
     let same = |key: &str| a.get(key) == b.get(key);
     // Not every run has these policies.
     let of_both = |key: &str| !a.contains_key(key) || !b.contains_key(key) || same(key);
-    ["data", "model", "train"].into_iter().all(same) && ["reflow", "baseline"].into_iter().all(of_both)
+    ["variant", "data", "model", "train"].into_iter().all(same)
+        && ["reflow", "baseline"].into_iter().all(of_both)
 }
 
 /// Whether the same policies of both were scored on the same episodes with the same noise.

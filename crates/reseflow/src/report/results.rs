@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::gather::{Eval, Run};
-use super::study::{Study, learner_title};
+use super::study::learner_title;
 use crate::evaluation::StepRow;
 use crate::learners::Learner;
 use crate::metrics::Scores;
@@ -23,6 +23,9 @@ pub(super) struct Results {
 pub(super) struct RunResult {
     pub(super) name: String,
     pub(super) task: String,
+    /// What sets an ablation apart from the main method.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) variant: Option<String>,
     /// Training demonstrations; `null` where nothing says.
     pub(super) demonstrations: Option<usize>,
     /// The seed of Flow 1's training; `null` where nothing says.
@@ -123,9 +126,9 @@ pub(super) struct RolloutResult {
 }
 
 impl Results {
-    /// What the runs of a report say.
-    pub(super) fn of(study: &Study) -> Self {
-        Self { runs: study.runs.iter().map(RunResult::of).collect() }
+    /// What runs of a report say.
+    pub(super) fn of<'a>(runs: impl Iterator<Item = &'a Run>) -> Self {
+        Self { runs: runs.map(RunResult::of).collect() }
     }
 }
 
@@ -138,6 +141,7 @@ impl RunResult {
         Self {
             name: run.name.clone(),
             task: run.task.clone(),
+            variant: run.variant.clone(),
             demonstrations: run.demonstrations,
             training_seed: run.training_seed,
             two_experts: run.has_modes(),

@@ -25,7 +25,7 @@ pub(super) enum Group {
 }
 
 impl Group {
-    fn of(run: &Run) -> Self {
+    pub(super) fn of(run: &Run) -> Self {
         if run.shipped {
             return Self::Shipped;
         }
@@ -73,6 +73,13 @@ pub(super) fn task_title(task: &str) -> String {
     paper::of_task(task).map_or_else(|| task.replace('_', " "), |known| known.title.to_owned())
 }
 
+/// The task, the demonstrations, and what sets the run apart where it is an ablation.
+pub(super) fn run_title(run: &Run) -> String {
+    let count = run.demonstrations.map(|count| format!(", {count} demonstrations")).unwrap_or_default();
+    let variant = run.variant.as_ref().map(|variant| format!(", {variant}")).unwrap_or_default();
+    format!("{}{count}{variant}", task_title(&run.task))
+}
+
 /// `1 step`, `10 steps`.
 pub(super) fn steps_title(steps: usize) -> String {
     format!("{steps} step{}", if steps == 1 { "" } else { "s" })
@@ -87,10 +94,20 @@ impl Study {
         Self { runs }
     }
 
-    /// The groups that occur, the paper's first, then from more demonstrations to fewer.
+    /// The runs of the main method: all that are no ablation.
+    pub(super) fn main_runs(&self) -> impl Iterator<Item = &Run> {
+        self.runs.iter().filter(|run| run.variant.is_none())
+    }
+
+    /// Those of a group.
+    fn in_group(&self, group: Group) -> impl Iterator<Item = &Run> {
+        self.main_runs().filter(move |run| Group::of(run) == group)
+    }
+
+    /// The groups that occur among runs of the main method, the paper's first, then from more demonstrations to fewer.
     pub(super) fn groups(&self) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::new();
-        for group in self.runs.iter().map(Group::of) {
+        for group in self.main_runs().map(Group::of) {
             if !groups.contains(&group) {
                 groups.push(group);
             }
@@ -104,21 +121,27 @@ impl Study {
         groups
     }
 
-    /// The first run of each task in a group, those whose episodes have two experts left out: what figures over tasks show.
+    /// What figures over tasks show: of each task in a group the main method's run with the lowest training seed. Runs whose episodes
+    /// have two experts are left out.
     pub(super) fn unimodal(&self, group: Group) -> Vec<&Run> {
-        let mut chosen: Vec<&Run> = Vec::new();
-        for run in self.runs.iter().filter(|run| Group::of(run) == group && !run.has_modes()) {
-            if !chosen.iter().any(|other| other.task == run.task) {
-                chosen.push(run);
-            }
-        }
-        chosen
+        first_seeds(self.in_group(group).filter(|run| !run.has_modes()), |a, b| a.task == b.task)
     }
 
-    /// The scores of `learner` on a task in a group: those of the first run that has them, so that a baseline may lie in its own folder.
+    /// The scores of `learner` on a task in a group: those of the run that figures show, or of one beside it with the same training
+    /// seed, so that a baseline may lie in its own folder.
     pub(super) fn scores(&self, group: Group, task: &str, learner: Learner) -> Option<&EvalReport> {
-        let runs = self.runs.iter().filter(|run| Group::of(run) == group && run.task == task);
-        runs.filter_map(|run| run.on_test(learner)).next()
+        let shown = self.unimodal(group).into_iter().find(|run| run.task == task)?;
+        let beside = |run: &&Run| run.task == task && run.training_seed == shown.training_seed;
+        self.in_group(group).filter(beside).find_map(|run| run.on_test(learner))
+    }
+
+    /// The runs that stand for the main method: ablations are left out, and all training seeds but the lowest of each experiment.
+    pub(super) fn headline(&self) -> impl Iterator<Item = &Run> {
+        let alike = |a: &Run, b: &Run| a.task == b.task && Group::of(a) == Group::of(b);
+        let first = first_seeds(self.main_runs(), alike);
+        self.main_runs().filter(move |run| {
+            first.iter().any(|shown| alike(shown, run) && shown.training_seed == run.training_seed)
+        })
     }
 
     /// The policies that a task has in a group: flows in order, the baseline, the regressor.
@@ -127,6 +150,22 @@ impl Study {
         let all = flows.chain([Learner::Baseline, Learner::Regressor]);
         all.filter(|learner| self.scores(group, task, *learner).is_some()).collect()
     }
+}
+
+/// Of each experiment, which are the runs that are `alike`, the first one with the lowest training seed.
+pub(super) fn first_seeds<'a>(
+    runs: impl Iterator<Item = &'a Run>,
+    alike: impl Fn(&Run, &Run) -> bool,
+) -> Vec<&'a Run> {
+    let mut chosen: Vec<&Run> = Vec::new();
+    for run in runs {
+        match chosen.iter_mut().find(|other| alike(other, run)) {
+            Some(other) if run.training_seed < other.training_seed => *other = run,
+            Some(_) => {}
+            None => chosen.push(run),
+        }
+    }
+    chosen
 }
 
 /// The row with so many steps.
@@ -142,4 +181,49 @@ pub(super) fn fewest(report: &EvalReport) -> Option<&StepRow> {
 /// The row with the most steps.
 pub(super) fn most(report: &EvalReport) -> Option<&StepRow> {
     report.rows.iter().max_by_key(|row| row.steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{run, scored};
+    use super::*;
+
+    const FLOW: Learner = Learner::Flow(1);
+
+    /// Runs of 200 doors: an ablation, the second seed with a baseline, and the first.
+    fn doors() -> [Run; 3] {
+        let twist = Run { variant: Some("twist".to_owned()), ..run("door-200-twist", "door", 200, 1) };
+        let second = scored(run("door-200-seed2", "door", 200, 2), FLOW, &[(1, &[0.2])]);
+        let first = scored(run("door-200", "door", 200, 1), FLOW, &[(1, &[0.1])]);
+        [
+            scored(twist, FLOW, &[(1, &[0.9])]),
+            scored(second, Learner::Baseline, &[(1, &[0.7])]),
+            scored(first, Learner::Regressor, &[(1, &[0.3])]),
+        ]
+    }
+
+    fn shown(study: &Study, learner: Learner) -> Option<f64> {
+        study.scores(Group::Count(200), "door", learner).map(|report| report.rows[0].scores.d_geo_mean)
+    }
+
+    #[test]
+    fn no_ablation_and_no_other_seed_stands_in_for_the_main_run() {
+        let study = Study::new(doors().into());
+        assert_eq!(shown(&study, FLOW), Some(0.1), "not the first run in order, but the first seed");
+        assert_eq!(shown(&study, Learner::Baseline), None, "the second seed's is not the first one's");
+        assert_eq!(shown(&study, Learner::Regressor), Some(0.3));
+        assert_eq!(study.headline().map(|run| run.name.as_str()).collect::<Vec<_>>(), ["door-200"]);
+        let [twist, ..] = doors();
+        let alone = Study::new(vec![twist]);
+        assert_eq!((shown(&alone, FLOW), alone.groups(), alone.headline().count()), (None, Vec::new(), 0));
+    }
+
+    #[test]
+    fn a_baseline_of_the_same_seed_may_lie_in_its_own_folder() {
+        let [_, _, first] = doors();
+        let beside = scored(run("door-200-et", "door", 200, 1), Learner::Baseline, &[(1, &[0.6])]);
+        let study = Study::new(vec![first, beside]);
+        assert_eq!(shown(&study, Learner::Baseline), Some(0.6));
+        assert_eq!(study.unimodal(Group::Count(200)).len(), 1);
+    }
 }

@@ -1,19 +1,12 @@
 //! What the numbers mean, in sentences.
 
 use super::document::Block;
-use super::study::{Study, task_title};
+use super::study::{Study, run_title};
 
 /// The sentences before everything else.
 pub(super) fn opening(study: &Study) -> Vec<Block> {
-    let runs: Vec<String> = study
-        .runs
-        .iter()
-        .map(|run| {
-            let count =
-                run.demonstrations.map(|count| format!(", {count} demonstrations")).unwrap_or_default();
-            format!("{} ({}{count})", run.name, task_title(&run.task))
-        })
-        .collect();
+    let runs: Vec<String> =
+        study.runs.iter().map(|run| format!("{} ({})", run.name, run_title(run))).collect();
     vec![
         Block::text(format!("Runs: {}.", runs.join("; "))),
         Block::text(

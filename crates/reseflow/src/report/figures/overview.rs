@@ -43,7 +43,8 @@ pub(in crate::report) fn picture(results: &Results) -> Result<Option<Picture>, P
 /// The first run of a task that was scored.
 fn first_run<'a>(results: &'a Results, task: &PaperTask) -> Option<&'a RunResult> {
     let scored = |run: &&RunResult| run.policies.iter().any(|policy| policy.split == "test");
-    results.runs.iter().filter(|run| run.task == task.task && !run.two_experts).find(scored)
+    let of_task = |run: &&RunResult| run.task == task.task && run.variant.is_none() && !run.two_experts;
+    results.runs.iter().filter(of_task).find(scored)
 }
 
 fn panel(task: &PaperTask, run: &RunResult) -> Option<LinePlot> {

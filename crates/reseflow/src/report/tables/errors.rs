@@ -1,8 +1,7 @@
 //! Every score, and paired comparisons.
 
 use super::super::document::{Block, Table, decimals, optional, percent};
-use super::super::gather::Run;
-use super::super::study::{Study, fewest, learner_title, most, row_at, steps_title, task_title};
+use super::super::study::{Study, fewest, learner_title, most, row_at, run_title, steps_title};
 use crate::evaluation::{EvalReport, StepRow};
 use crate::learners::Learner;
 use crate::metrics::{PairedDifference, Scores};
@@ -25,7 +24,7 @@ const HEADER: [&str; 11] = [
 pub(in super::super) fn scores(study: &Study) -> Vec<Block> {
     let mut blocks = Vec::new();
     for run in &study.runs {
-        blocks.push(Block::Part(title(run)));
+        blocks.push(Block::Part(format!("{} ({})", run_title(run), run.name)));
         let first = run.evals.first().map(|eval| &eval.report);
         let extent = first.map(|report| {
             format!("{} held-out episodes × {} noise seeds", report.episodes, report.seeds.len())
@@ -81,12 +80,6 @@ pub(in super::super) fn scores(study: &Study) -> Vec<Block> {
         }
     }
     blocks
-}
-
-/// What headings call a run.
-fn title(run: &Run) -> String {
-    let count = run.demonstrations.map(|count| format!(", {count} demonstrations")).unwrap_or_default();
-    format!("{}{count} ({})", task_title(&run.task), run.name)
 }
 
 fn cells(name: String, split: &str, [steps, evaluations]: [String; 2], scores: &Scores) -> [String; 11] {

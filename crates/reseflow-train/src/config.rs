@@ -1,7 +1,7 @@
 //! What a policy is made of and how it is trained.
 
 use reseflow_flow::{ObjectiveConfig, Path, PoseError, Prior, TimeSampling};
-use reseflow_net::{DriftNetConfig, Parameterisation};
+use reseflow_net::{DriftNetConfig, Parameterisation, Symmetry};
 use serde::{Deserialize, Serialize};
 
 use crate::{AugmentConfig, Optimizer, TrainError};
@@ -60,6 +60,11 @@ impl ModelConfig {
         Ok(self.prior.validate()?)
     }
 
+    /// Whether a moved scene has the moved answer, by the network's construction.
+    pub fn is_equivariant(&self) -> bool {
+        self.network.symmetry == Symmetry::SE3
+    }
+
     /// Checks every value of `train`, and that its objective judges what this model predicts.
     ///
     /// # Errors
@@ -78,7 +83,8 @@ impl ModelConfig {
     }
 }
 
-/// Which averaged weights are kept.
+/// Which averaged weights become the policy. The others, where there are validations and they differ, lie beside them in the checkpoint as
+/// `best.safetensors` or `last.safetensors`; renamed to `model.safetensors` they take their place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Keep {
@@ -141,7 +147,7 @@ impl Default for TrainConfig {
             shards: 2,
             optimizer: Optimizer::default(),
             learning_rate: 2e-3,
-            warmup: 100,
+            warmup: DEFAULT_WARMUP,
             weight_decay: 1e-4,
             clip_norm: 1.0,
             ema_decay: 0.995,
@@ -161,6 +167,19 @@ impl Default for TrainConfig {
 
 /// The largest batch; a larger one is a slip of the keyboard.
 const LARGEST_BATCH: usize = 65_536;
+
+/// Updates of linear warm-up where nothing is said. Fewer updates than this are a trial, which may end before its warm-up does.
+const DEFAULT_WARMUP: usize = 100;
+
+/// Refuses a warm-up that lasts as long as the training of the table `table`, unless that is a trial.
+pub(crate) fn check_warmup(table: &str, warmup: usize, updates: usize) -> Result<(), TrainError> {
+    if warmup < updates || warmup <= DEFAULT_WARMUP {
+        return Ok(());
+    }
+    Err(TrainError::Config(format!(
+        "{table}.warmup must be less than {table}.updates, got {warmup} and {updates}: the peak learning rate would never be reached"
+    )))
+}
 
 impl TrainConfig {
     /// Checks every value.
@@ -204,6 +223,7 @@ impl TrainConfig {
                 )));
             }
         }
+        check_warmup("train", self.warmup, self.updates)?;
         self.augment.validate()?;
         self.time.validate()?;
         Ok(self.objective.validate()?)

@@ -29,13 +29,22 @@ impl GripperPrior {
     /// Checks the standard deviations.
     ///
     /// # Errors
-    /// [`FlowError::Config`] naming the first that is negative or not finite.
+    /// [`FlowError::Config`] naming the first that is negative or not finite, or all where none is greater than 0.
     pub fn validate(&self) -> Result<(), FlowError> {
-        check_deviations(&[
+        let deviations = [
             ("sigma_rotation_rad", self.sigma_rotation_rad),
             ("sigma_translation_m", self.sigma_translation_m),
             ("sigma_opening", self.sigma_opening),
-        ])
+        ];
+        check_deviations(&deviations)?;
+        if deviations.iter().all(|(_, deviation)| *deviation == 0.0) {
+            return Err(FlowError::Config(
+                "prior.sigma_rotation_rad, prior.sigma_translation_m and prior.sigma_opening must not all be 0: a flow starts out from \
+                 noise"
+                    .to_owned(),
+            ));
+        }
+        Ok(())
     }
 
     /// Draws `horizon` noisy actions about the gripper.

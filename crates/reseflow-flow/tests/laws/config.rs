@@ -141,10 +141,15 @@ fn what_makes_no_sense_is_refused_with_the_reason() {
     let reason = refused("[time]\nzero_share = 1.0\nshape = \"u_shaped\"");
     assert!(reason.contains("time.shape") && reason.contains("time.zero_share"), "{reason}");
     assert!(refused("[prior]\nsigma_opening = -1.0").contains("prior.sigma_opening"));
+    let reason = refused("[prior]\nsigma_rotation_rad = 0.0\nsigma_translation_m = 0.0\nsigma_opening = 0.0");
+    assert!(reason.contains("all") && reason.contains("noise"), "{reason}");
     assert!(refused("[objective]\npseudo_huber = 0.0").contains("objective.pseudo_huber"));
-    for text in
-        ["[objective]\nerror = \"twist\"\npseudo_huber = 0.1", "path = \"product\"\n[prior]\nkind = \"haar\""]
-    {
+    for text in [
+        "[objective]\nerror = \"twist\"\npseudo_huber = 0.1",
+        "path = \"product\"\n[prior]\nkind = \"haar\"",
+        "[prior]\nsigma_rotation_rad = 0.0\nsigma_opening = 0.0",
+        "[prior]\nkind = \"haar\"\nsigma_translation_m = 0.0\nsigma_opening = 0.0",
+    ] {
         assert_eq!(parse::<Parts>(text).unwrap().validate(), Ok(()), "{text}");
     }
 }

@@ -37,7 +37,8 @@ pub struct AugmentConfig {
     /// Share of windows in which gripper and actions are turned by π about the approach axis: the gripper's other symmetry.
     pub half_turn_share: f64,
     /// Whether the whole scene is turned at random about the cloud's centroid: cloud, gripper, noise and actions. It teaches an
-    /// equivariant network nothing, as its loss stays what it is; it is for one that is not ([`reseflow_net::Symmetry::None`]).
+    /// equivariant network nothing, as its loss stays what it is; it is for one that is not ([`reseflow_net::Symmetry::None`]), and an
+    /// experiment's configuration refuses it beside another.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub scene_rotation: bool,
 }

@@ -14,7 +14,8 @@ pub struct EtSeedConfig {
     pub diffusion: DiffusionConfig,
     /// Sizes of each of the two networks, as those of a flow's.
     pub network: DriftNetConfig,
-    /// Share of the training windows that are given to the last, equivariant step; the other levels are uniform but for the next share.
+    /// Share of the training windows that are given to the last, equivariant step, more than 0 and less than 1, as each of the two
+    /// networks takes some; the other levels are uniform but for the next share.
     pub last_step_share: f64,
     /// Share of the other windows that are given to the noisiest tenth of the levels. Only there does the noise hide where the trajectory
     /// goes, so that it has to be read from the scene; below, a uniform choice of levels mostly teaches to keep what is there. It is to
@@ -60,6 +61,12 @@ impl EtSeedConfig {
                 let fault = format!("baseline.{key} must lie in 0 to {high}, got {value}");
                 return Err(TrainError::Config(fault));
             }
+        }
+        if self.last_step_share == 0.0 || self.last_step_share == 1.0 {
+            return Err(TrainError::Config(format!(
+                "baseline.last_step_share must lie between 0 and 1, got {}: one of the two networks would act untrained",
+                self.last_step_share
+            )));
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use reseflow_flow::DiffusionConfig;
 use serde::{Deserialize, Serialize};
 
 use super::config::EtSeedConfig;
+use crate::config::check_warmup;
 use crate::{ModelConfig, TrainConfig, TrainError};
 
 /// How the baseline is trained. What is not said here is as in the training of Flow 1, the sizes of its networks included.
@@ -48,6 +49,7 @@ impl BaselineConfig {
             let fault = format!("baseline.learning_rate must lie in 0 to 1, got {}", self.learning_rate);
             return Err(TrainError::Config(fault));
         }
+        check_warmup("baseline", self.warmup, self.updates)?;
         self.model(model).validate()?;
         self.training(train).validate()
     }

@@ -95,6 +95,8 @@ fn what_cannot_be_trained_is_refused_and_a_number_that_is_none_is_reported_with_
     }
     for (key, config) in [
         ("last_step_share", EtSeedConfig { last_step_share: -0.1, ..tiny_config() }),
+        ("last_step_share", EtSeedConfig { last_step_share: 0.0, ..tiny_config() }),
+        ("last_step_share", EtSeedConfig { last_step_share: 1.0, ..tiny_config() }),
         ("noisiest_share", EtSeedConfig { noisiest_share: 1.1, ..tiny_config() }),
     ] {
         let fault = shelf.train("never", &config, &good, &data, None).unwrap_err().to_string();

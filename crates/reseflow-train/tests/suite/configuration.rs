@@ -1,6 +1,6 @@
 //! Every value out of range is refused, by the key that a configuration file calls it.
 
-use reseflow_train::{ModelConfig, TrainConfig};
+use reseflow_train::{BaselineConfig, ModelConfig, TrainConfig};
 
 use crate::support::{tiny_model, tiny_training};
 
@@ -32,6 +32,7 @@ fn a_training_value_out_of_range_is_refused_by_its_key() {
         ("ema_decay", &["-0.1", "1.1", "nan"]),
         ("first_window_share", &["-0.1", "1.1", "nan"]),
         ("accumulate", &["0"]),
+        ("warmup", &["200", "1000000"]),
         ("augment.jitter_m", &["-0.001", "1.5", "nan"]),
         ("augment.drop_points", &["-0.1", "0.6", "nan"]),
         ("augment.scale_std", &["-0.1", "0.6", "nan"]),
@@ -58,6 +59,14 @@ fn a_training_value_out_of_range_is_refused_by_its_key() {
         [("learning_rate", "0.0"), ("ema_decay", "0.0"), ("augment.jitter_m", "0.0"), ("warmup", "0")]
     {
         with::<TrainConfig>(&good, key, value).validate().unwrap();
+    }
+    let trial = TrainConfig { updates: 2, ..TrainConfig::default() };
+    trial.validate().unwrap();
+    let base = TrainConfig { updates: 1000, ..trial };
+    for warmup in [999, 1000] {
+        let long = BaselineConfig { updates: 1000, warmup, ..BaselineConfig::default() };
+        let verdict = long.validate(&ModelConfig::default(), &base).map_err(|fault| fault.to_string());
+        assert_eq!(verdict.is_err_and(|fault| fault.contains("baseline.warmup")), warmup == 1000);
     }
 }
 

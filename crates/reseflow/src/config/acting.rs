@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::SolverChoice;
-use super::counts::check_counts;
+use super::counts::{check_counts, first_repeated};
 
 /// How policies are rolled out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,7 +37,8 @@ pub enum RolloutVariant {
     Replan,
     /// Carrying out the first plan as a whole.
     OpenLoop,
-    /// As `replan`, and the object is shoved before the action step that the task names.
+    /// As `replan`, and before the action step that the task names the scene is disturbed: the board or the triangle is pushed aside, or
+    /// the gripper knocked off the door's handle.
     Disturbed,
 }
 
@@ -90,13 +91,20 @@ impl RolloutSection {
             ("rollout.picture_episodes", self.picture_episodes),
             ("rollout.baseline_steps", self.baseline_steps),
         ])?;
-        let repeated = |(place, variant)| self.variants[..place].contains(variant);
-        if self.variants.is_empty() || self.variants.iter().enumerate().any(repeated) {
+        if self.variants.is_empty() || first_repeated(&self.variants).is_some() {
             return Err(format!(
                 "`rollout.variants` is [{}], expected one or more of replan, open_loop and disturbed, each once",
                 self.variants.iter().map(|variant| variant.name()).collect::<Vec<_>>().join(", ")
             ));
         }
-        self.solver.validate().map_err(|fault| format!("`rollout.solver`: {fault}"))
+        self.solver.validate().map_err(|fault| format!("`rollout.solver`: {fault}"))?;
+        if self.solver.is_adaptive() && self.steps != Self::default().steps {
+            return Err(format!(
+                "`rollout.steps` is {}, and the solver `rk45` of `rollout.solver` takes steps of its own choice, expected no \
+                 `rollout.steps`",
+                self.steps
+            ));
+        }
+        Ok(())
     }
 }

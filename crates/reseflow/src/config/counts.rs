@@ -1,4 +1,4 @@
-//! Counts that a configuration may ask for.
+//! Counts that a configuration may ask for, and lists that say everything once.
 
 /// The largest of them; more is a slip of the keyboard.
 const LARGEST_COUNT: usize = 1_000_000;
@@ -17,4 +17,10 @@ pub(super) fn check_counts(counts: &[(&str, usize)]) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// The first value of a list that stands in it before.
+pub(super) fn first_repeated<T: PartialEq>(values: &[T]) -> Option<&T> {
+    let before = |(place, value): &(usize, &T)| values[..*place].contains(value);
+    values.iter().enumerate().find(before).map(|(_, value)| value)
 }

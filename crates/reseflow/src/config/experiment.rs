@@ -8,7 +8,7 @@ use reseflow_sim::CameraSettings;
 use reseflow_train::{BaselineConfig, DeviceKind, ModelConfig, ReflowConfig, TrainConfig};
 
 use super::counts::check_counts;
-use super::{EvalConfig, RolloutSection, SamplersConfig, SolverChoice};
+use super::{EvalConfig, RolloutSection, SamplersConfig};
 use crate::learners::regressor;
 
 /// An experiment on one task. Every key has a default.
@@ -164,47 +164,12 @@ impl ExperimentConfig {
         }
         if let Some(baseline) = &self.baseline {
             baseline.validate(&self.model, &self.train).map_err(|fault| fault.to_string())?;
-            let levels = baseline.diffusion.steps;
-            if let Some(steps) = self.eval.steps.iter().find(|steps| **steps > levels) {
-                return Err(format!(
-                    "`eval.steps` holds {steps}, expected at most the {levels} noise levels of `baseline.diffusion.steps`"
-                ));
-            }
         }
         if self.regressor {
             let beside = regressor(&self.model).validate();
             beside.map_err(|fault| format!("`regressor` is true: {fault}"))?;
         }
-        if self.model.regression {
-            self.validate_regression()?;
-        }
-        Ok(())
-    }
-
-    /// Checks what goes with `model.regression`.
-    fn validate_regression(&self) -> Result<(), String> {
-        let what = "`model.regression` is true, and a regressor";
-        let plain = SolverChoice::default();
-        if self.reflow.is_some() {
-            return Err(format!("{what} has no flow that the table `reflow` could straighten"));
-        }
-        if self.samplers.is_some() {
-            return Err(format!("{what} has no flow that the table `samplers` could compare solvers on"));
-        }
-        if self.regressor {
-            return Err(format!("{what} is what `regressor` trains beside a flow: say one of them"));
-        }
-        if self.eval.steps != [1] || self.rollout.steps != 1 {
-            return Err(format!(
-                "{what} answers at once: expected `eval.steps` = [1] and `rollout.steps` = 1"
-            ));
-        }
-        if self.eval.solver != plain || self.rollout.solver != plain {
-            return Err(format!(
-                "{what} integrates nothing: expected no `eval.solver` and no `rollout.solver`"
-            ));
-        }
-        Ok(())
+        self.validate_combinations()
     }
 
     /// How many flows a run trains: Flow 1, and one for each round of reflow.
@@ -221,13 +186,18 @@ impl ExperimentConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{EVAL_STEPS, Override, load, parse};
-    use reseflow_train::{Optimizer, Solver};
+    use crate::config::{EVAL_STEPS, Override, SolverKind, load, parse};
+    use reseflow_train::{Optimizer, PairConfig, Solver};
 
-    /// What the paper says of training and sampling ("Training Configuration" and the figures over steps).
-    fn has_the_papers_hyper_parameters(config: &ExperimentConfig) {
+    /// What the paper says of data, training and sampling ("Training Configuration" and the figures over steps), capped at 50 000 and
+    /// 30 000 updates, and everything that its table and figures compare.
+    fn has_the_papers_protocol(config: &ExperimentConfig) {
         let (name, train) = (&config.name, &config.train);
         let reflow = config.reflow.as_ref().unwrap();
+        let demonstrations = [("triangle", 500), ("door", 10), ("painting", 31)];
+        assert!(demonstrations.contains(&(config.task.as_str(), config.data.train_episodes)), "{name}");
+        let epochs = |count: usize, most: usize| most.min(count * config.data.train_episodes);
+        assert_eq!((train.updates, reflow.updates), (epochs(5000, 50_000), epochs(3000, 30_000)), "{name}");
         assert_eq!((train.optimizer, train.learning_rate), (Optimizer::AdamW, 2e-4), "{name}");
         let of_flow_2 = reflow.training(train, 1);
         assert_eq!((train.batch_size, train.accumulate), (1, 1), "{name}");
@@ -236,8 +206,23 @@ mod tests {
         let mixed = toml::Table::try_from(reflow.mixture).unwrap();
         assert_eq!(mixed["coupling"].as_str(), Some("independent"), "{name}");
         assert_eq!((mixed["pair_share"].as_float(), reflow.rounds), (Some(0.5), 1), "{name}");
-        assert!(matches!(reflow.pairs.solver, Solver::DormandPrince(_)), "{name}");
-        assert_eq!(config.eval.steps, EVAL_STEPS, "{name}");
+        let Solver::DormandPrince(adaptive) = reflow.pairs.solver else { panic!("{name}: {reflow:?}") };
+        let enough = PairConfig::default().solver;
+        assert!(
+            matches!(enough, Solver::DormandPrince(own) if own.max_steps == adaptive.max_steps),
+            "{name}"
+        );
+        let decoder = &config.model.network.decoder;
+        assert_eq!(
+            (decoder.horizon, decoder.frames, config.model.network.encoder.nodes),
+            (10, 2, 4),
+            "{name}"
+        );
+        let baseline = config.baseline.as_ref().unwrap();
+        assert_eq!((baseline.diffusion.steps, baseline.learning_rate), (100, train.learning_rate), "{name}");
+        assert_eq!((config.eval.steps.as_slice(), config.eval.seeds), (&EVAL_STEPS[..], 10), "{name}");
+        assert_eq!((config.data.test_episodes, config.eval.splits.len()), (100, 3), "{name}");
+        assert!(config.samplers.as_ref().unwrap().kinds.contains(&SolverKind::Rk45), "{name}");
     }
 
     #[test]
@@ -255,7 +240,7 @@ mod tests {
                 config.validate().unwrap();
                 assert!(reseflow_sim::tasks().contains(&config.task.as_str()), "{}", path.display());
                 if path.parent().is_some_and(|folder| folder.ends_with("paper")) {
-                    has_the_papers_hyper_parameters(&config);
+                    has_the_papers_protocol(&config);
                 }
                 read += 1;
             }
@@ -330,6 +315,8 @@ mod tests {
             ("data.test_episodes=0", "data.test_episodes"),
             ("eval.steps=[1, 0]", "eval.steps"),
             ("eval.steps=[]", "eval.steps"),
+            ("eval.steps=[1, 2, 1]", "eval.steps"),
+            ("eval.seeds=0", "eval.seeds"),
             ("rollout.steps=0", "rollout.steps"),
             ("rollout.picture_episodes=0", "rollout.picture_episodes"),
             ("rollout.variants=[]", "rollout.variants"),
@@ -340,6 +327,11 @@ mod tests {
             ("samplers.kinds=[]", "samplers.kinds"),
             ("samplers.evaluations=[1, 0]", "samplers.evaluations"),
             ("samplers.tolerances=[-1.0]", "samplers.tolerances"),
+            ("samplers.kinds=[\"heun\", \"heun\"]", "samplers.kinds"),
+            ("samplers.evaluations=[]", "samplers.evaluations"),
+            ("samplers.evaluations=[2, 2]", "samplers.evaluations"),
+            ("samplers.tolerances=[]", "samplers.tolerances"),
+            ("samplers.tolerances=[0.1, 0.1]", "samplers.tolerances"),
             ("output=", "output"),
             ("data.camera.drop_fraction=2", "data.camera"),
             ("name=../elsewhere", "name"),

@@ -1,6 +1,7 @@
 //! Configuration: strict TOML files and overrides on the command line.
 
 mod acting;
+mod combinations;
 mod counts;
 mod experiment;
 mod nearest;

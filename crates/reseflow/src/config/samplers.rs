@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::counts::check_counts;
+use super::counts::{check_counts, first_repeated};
 use super::{SolverChoice, SolverKind};
 
 /// Solvers and the evaluations of the network that each may spend.
@@ -65,8 +65,26 @@ impl SamplersConfig {
         check_counts(
             &self.evaluations.iter().map(|count| ("samplers.evaluations", *count)).collect::<Vec<_>>(),
         )?;
-        if self.kinds.is_empty() {
-            return Err("`samplers.kinds` is empty, expected one solver or more".to_owned());
+        if self.kinds.is_empty() || first_repeated(&self.kinds).is_some() {
+            return Err(
+                "`samplers.kinds` is empty or repeats itself, expected one solver or more, each once"
+                    .to_owned(),
+            );
+        }
+        if self.evaluations.is_empty() && self.uniform().next().is_some() {
+            return Err(
+                "`samplers.evaluations` is empty, expected one count or more for the solvers of uniform steps".to_owned()
+            );
+        }
+        if self.tolerances.is_empty() && self.kinds.contains(&SolverKind::Rk45) {
+            return Err("`samplers.tolerances` is empty, expected one tolerance or more for the solver rk45"
+                .to_owned());
+        }
+        if let Some(count) = first_repeated(&self.evaluations) {
+            return Err(format!("`samplers.evaluations` holds {count} twice, expected each count once"));
+        }
+        if let Some(rtol) = first_repeated(&self.tolerances) {
+            return Err(format!("`samplers.tolerances` holds {rtol} twice, expected each tolerance once"));
         }
         for choice in self.adaptive() {
             choice.validate().map_err(|fault| format!("`samplers.tolerances`: {fault}"))?;

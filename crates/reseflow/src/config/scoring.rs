@@ -3,12 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::SolverChoice;
-use super::counts::check_counts;
+use super::counts::{check_counts, first_repeated};
 
 /// The numbers of integration steps that policies are scored with.
 pub const EVAL_STEPS: [usize; 5] = [1, 2, 10, 50, 100];
 
-/// What a policy reaches where there is one mode only: D̄_geo of the quick start's, on held-out episodes in one step.
+/// What a policy reaches where there is one mode only: what the quick start's reached in one step on held-out episodes when this measure
+/// was fixed. It stays as it is, so that shares between two experts can be compared.
 pub const UNIMODAL_D_GEO: f64 = 0.021;
 
 /// How a policy is scored.
@@ -83,8 +84,10 @@ impl EvalConfig {
                 self.steps
             ));
         }
-        let repeated = |(place, split)| self.splits[..place].contains(split);
-        if self.splits.first() != Some(&EvalSplit::Test) || self.splits.iter().enumerate().any(repeated) {
+        if let Some(steps) = first_repeated(&self.steps) {
+            return Err(format!("`eval.steps` holds {steps} twice, expected each number of steps once"));
+        }
+        if self.splits.first() != Some(&EvalSplit::Test) || first_repeated(&self.splits).is_some() {
             return Err(format!(
                 "`eval.splits` is [{}], expected test and after it any of wide and turned, each once",
                 self.splits.iter().map(|split| split.name()).collect::<Vec<_>>().join(", ")

@@ -3,7 +3,6 @@
 //! With `independent` noise the best endpoint for one step lies between the modes, however long one trains; an `anchored`
 //! demonstration keeps to noise that Flow 1 carries near it, so that it mends the pairs without blurring them.
 
-use rand::{Rng, RngExt};
 use reseflow_data::{Action, ActionChunk, FlowPair};
 use serde::{Deserialize, Serialize};
 
@@ -14,40 +13,28 @@ use crate::{FlowError, Path};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Coupling {
-    /// The noise, of those drawn for this observation, that Flow 1 carries nearest to the demonstration.
+    /// The noise, of those drawn for this observation, that Flow 1 carries nearest to the demonstration: [`nearest_image`].
     #[default]
     Anchored,
-    /// Any noise: the paper's.
+    /// Noise drawn anew each time, as in the training of Flow 1: the paper's.
     Independent,
 }
 
-impl Coupling {
-    /// The index of the pair whose noise the demonstration is joined with; `weights` are those of its L actions.
-    ///
-    /// All pairs have to be of the demonstration's own observation: a nearest noise of another one would tell the network what the
-    /// demonstration is.
-    ///
-    /// # Errors
-    /// [`FlowError::Mismatch`] where there is no pair or horizons differ.
-    pub fn choose<R: Rng + ?Sized>(
-        self,
-        pairs: &[FlowPair],
-        demonstration: &ActionChunk,
-        weights: &[f64],
-        rng: &mut R,
-    ) -> Result<usize, FlowError> {
-        if pairs.is_empty() {
-            return Err(FlowError::Mismatch { what: "noises to couple with", expected: 1, got: 0 });
-        }
-        match self {
-            Self::Independent => Ok(rng.random_range(0..pairs.len())),
-            Self::Anchored => nearest(pairs, demonstration, weights),
-        }
+/// The index of the first of `pairs` whose image is nearest to the demonstration; `weights` are those of its L actions.
+///
+/// All pairs have to be of the demonstration's own observation: a nearest noise of another one would tell the network what the
+/// demonstration is.
+///
+/// # Errors
+/// [`FlowError::Mismatch`] where there is no pair or horizons differ.
+pub fn nearest_image(
+    pairs: &[FlowPair],
+    demonstration: &ActionChunk,
+    weights: &[f64],
+) -> Result<usize, FlowError> {
+    if pairs.is_empty() {
+        return Err(FlowError::Mismatch { what: "noises to couple with", expected: 1, got: 0 });
     }
-}
-
-/// The first of the pairs whose image is nearest to the demonstration.
-fn nearest(pairs: &[FlowPair], demonstration: &ActionChunk, weights: &[f64]) -> Result<usize, FlowError> {
     let mut best = (0, f64::INFINITY);
     for (index, pair) in pairs.iter().enumerate() {
         let distance = squared_distance(demonstration, &pair.image, weights)?;

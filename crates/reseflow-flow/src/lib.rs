@@ -17,7 +17,7 @@ mod straightness;
 mod time;
 mod velocity;
 
-pub use coupling::Coupling;
+pub use coupling::{Coupling, nearest_image};
 pub use diffusion::{
     Anchor, AnchoredAction, AnchoredChunk, CosineSchedule, Denoiser, Diffusion, DiffusionConfig,
     DiffusionFrame, LeftFactor, PosteriorWeights, denoise, respaced,

@@ -5,7 +5,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{ActionChunk, Dataset, Observation, Window};
 use reseflow_flow::{
-    EndpointTargets, LossContext, LossParts, NodeTargets, PriorFrame, TwistTargets, endpoint_loss, twist_loss,
+    EndpointTargets, LossContext, LossParts, NodeTargets, Prior, PriorFrame, TwistTargets, endpoint_loss,
+    twist_loss,
 };
 use reseflow_lie::{SE3, Vector3};
 use reseflow_net::{DecoderConfig, DriftNet, HeatMap, Parameterisation, TokenBatch};
@@ -109,15 +110,15 @@ pub(crate) fn shard_loss(
     let (mut scenes, mut noisy, mut ends, mut weights, mut times) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for _ in 0..count {
-        let mixed =
-            mixture.map(|mixture| mixture.draw(data, decoder, train.first_window_share, rng)).transpose()?;
+        let given = mixture.map(|mixture| mixture.draw(data, decoder, train.first_window_share, rng));
+        let mixed = given.transpose()?.flatten();
         let window = mixed.as_ref().map_or_else(|| draw_window(data, train, rng), |mixed| mixed.window);
         drawn.push(window);
         let scene = Scene::draw(window, data, decoder, train, rng);
         let (noise, clean) = match mixed {
             Some(Example { mut noise, clean, .. }) => {
                 // Both belong to the scene as it was recorded.
-                scene.augmentation.noise(&mut noise);
+                scene.augmentation.noise(&mut noise, matches!(model.prior, Prior::Gripper(_)));
                 (noise, scene.taught(clean))
             }
             None => (model.start(&scene.prior_frame, rng), scene.clean.clone()),

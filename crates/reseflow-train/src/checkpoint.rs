@@ -13,6 +13,10 @@ use crate::{MixtureConfig, PolicyKind, TrainConfig, TrainError, Trainable};
 /// The averaged weights.
 pub(crate) const WEIGHTS: &str = "model.safetensors";
 const CONFIG: &str = "config.toml";
+/// The averaged weights of the best validation, where those of the end became the policy.
+pub(crate) const BEST: &str = "best.safetensors";
+/// The averaged weights of the end, where those of the best validation became the policy.
+pub(crate) const LAST: &str = "last.safetensors";
 /// What the trainer noted, one JSON object a line.
 pub(crate) const METRICS: &str = "metrics.jsonl";
 
@@ -36,7 +40,7 @@ pub(crate) fn may_become(out: &Path) -> Result<(), TrainError> {
     }
     for entry in std::fs::read_dir(out).map_err(io)? {
         let name = entry.map_err(io)?.file_name();
-        if ![WEIGHTS, CONFIG, METRICS].iter().any(|known| name == **known) {
+        if ![WEIGHTS, BEST, LAST, CONFIG, METRICS].iter().any(|known| name == **known) {
             let name = name.to_string_lossy().into_owned();
             return refuse(format!(
                 "holds `{name}`, which is no part of a checkpoint, so it is not replaced"
@@ -115,19 +119,32 @@ pub(crate) fn write<M: Trainable>(
     config: &CheckpointConfig<M>,
     metrics: &[u8],
 ) -> Result<(), TrainError> {
-    let path = folder.join(WEIGHTS);
-    let fault = |path: &Path, fault: String| TrainError::Checkpoint { path: path.to_owned(), fault };
+    write_weights(&folder.join(WEIGHTS), net)?;
+    let path = folder.join(CONFIG);
+    let text = toml::to_string_pretty(config)
+        .map_err(|error| TrainError::Checkpoint { path: path.clone(), fault: error.to_string() })?;
+    std::fs::write(&path, text).map_err(|source| TrainError::Io { path, source })?;
+    let path = folder.join(METRICS);
+    std::fs::write(&path, metrics).map_err(|source| TrainError::Io { path, source })
+}
+
+/// Writes the weights of `net` to `path`.
+///
+/// # Errors
+/// [`TrainError::Checkpoint`] where a weight is no finite number, [`TrainError::Io`].
+pub(crate) fn write_weights<N: Module>(path: &Path, net: &N) -> Result<(), TrainError> {
+    let fault = |fault: String| TrainError::Checkpoint { path: path.to_owned(), fault };
+    if !is_finite(net) {
+        return Err(fault(
+            "the trained weights are not finite; train with a smaller learning rate".to_owned(),
+        ));
+    }
     // burn's own metadata lie in a hash map, in another order each time; a single entry keeps the bytes the same. In memory first:
     // the file that the store itself makes is its owner's alone.
     let mut store = SafetensorsStore::from_bytes(None).clear_metadata().metadata("producer", "reseflow");
     let weights = net.save_into(&mut store).and_then(|()| store.get_bytes());
-    let weights = weights.map_err(|error| fault(&path, error.to_string()))?;
-    std::fs::write(&path, weights).map_err(|source| TrainError::Io { path, source })?;
-    let path = folder.join(CONFIG);
-    let text = toml::to_string_pretty(config).map_err(|error| fault(&path, error.to_string()))?;
-    std::fs::write(&path, text).map_err(|source| TrainError::Io { path, source })?;
-    let path = folder.join(METRICS);
-    std::fs::write(&path, metrics).map_err(|source| TrainError::Io { path, source })
+    let weights = weights.map_err(|error| fault(error.to_string()))?;
+    std::fs::write(path, weights).map_err(|source| TrainError::Io { path: path.to_owned(), source })
 }
 
 /// Reads a checkpoint of the kind of `M` back.
@@ -171,9 +188,7 @@ pub(crate) fn read<M: Trainable>(
     if let Some(text) = misfit(&loaded) {
         return Err(fault(&weights, format!("not the weights of the configured network: {text}")));
     }
-    let mut finite = Finite(true);
-    net.visit(&mut finite);
-    if !finite.0 {
+    if !is_finite(&net) {
         return Err(fault(&weights, "there are weights that are not finite".to_owned()));
     }
     Ok((net, config))
@@ -198,6 +213,13 @@ fn misfit(loaded: &ApplyResult) -> Option<String> {
 }
 
 /// Whether every weight is a finite number.
+fn is_finite<N: Module>(net: &N) -> bool {
+    let mut finite = Finite(true);
+    net.visit(&mut finite);
+    finite.0
+}
+
+/// Notes a weight that is not finite.
 struct Finite(bool);
 
 impl ModuleVisitor for Finite {

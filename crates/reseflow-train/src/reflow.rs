@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{ActionChunk, Dataset, Window, WindowPairs};
-use reseflow_flow::{Coupling, ObjectiveConfig, TimeSampling};
+use reseflow_flow::{Coupling, ObjectiveConfig, TimeSampling, nearest_image};
 use reseflow_net::DecoderConfig;
 use serde::{Deserialize, Serialize};
 
@@ -128,7 +128,7 @@ pub struct Mixture<'a> {
     horizon: usize,
 }
 
-/// One example: a window, the noise, and where it is to go.
+/// One example whose noise is given: a window, the noise, and where it is to go.
 #[derive(Debug)]
 pub(crate) struct Example {
     pub(crate) window: Window,
@@ -185,14 +185,14 @@ impl<'a> Mixture<'a> {
     }
 
     /// Draws one example for a network of these settings; an episode's first window comes up with the share `first_share`, else any of
-    /// its windows with pairs.
+    /// its windows with pairs. None stands for a demonstration of any window with noise of its own, as Flow 1 had it.
     pub(crate) fn draw(
         &self,
         demonstrations: &Dataset,
         decoder: &DecoderConfig,
         first_share: f64,
         rng: &mut ChaCha8Rng,
-    ) -> Result<Example, TrainError> {
+    ) -> Result<Option<Example>, TrainError> {
         let places = &self.episodes[rng.random_range(0..self.episodes.len())];
         let first: f64 = rng.random();
         let any = rng.random_range(0..places.len());
@@ -200,7 +200,11 @@ impl<'a> Mixture<'a> {
         let kind: f64 = rng.random();
         if kind < self.config.pair_share {
             let pair = &pairs[rng.random_range(0..pairs.len())];
-            return Ok(Example { window: *window, noise: pair.noise.clone(), clean: pair.image.clone() });
+            let (noise, clean) = (pair.noise.clone(), pair.image.clone());
+            return Ok(Some(Example { window: *window, noise, clean }));
+        }
+        if self.config.coupling == Coupling::Independent {
+            return Ok(None);
         }
         let targets: Vec<_> = window.targets(&demonstrations.episodes, self.horizon).collect();
         let weights: Vec<f64> = targets.iter().map(|target| target.weight()).collect();
@@ -209,8 +213,8 @@ impl<'a> Mixture<'a> {
             // As the images do; half a turn away, the nearest image would be nearly the farthest.
             close_along_motion(&mut clean);
         }
-        let chosen = self.config.coupling.choose(pairs, &clean, &weights, rng)?;
-        Ok(Example { window: *window, noise: pairs[chosen].noise.clone(), clean })
+        let noise = pairs[nearest_image(pairs, &clean, &weights)?].noise.clone();
+        Ok(Some(Example { window: *window, noise, clean }))
     }
 }
 
@@ -258,7 +262,7 @@ mod tests {
         (dataset, (0..3).flat_map(|e| [of(e, 0), of(e, 2)]).collect())
     }
 
-    fn draws(config: MixtureConfig, first_share: f64) -> Vec<Example> {
+    fn draws(config: MixtureConfig, first_share: f64) -> Vec<Option<Example>> {
         let (dataset, pairs) = world();
         let mixture = Mixture::new(config, &pairs, &dataset, HORIZON).unwrap();
         let (mut rng, decoder) = (ChaCha8Rng::seed_from_u64(8), DecoderConfig::default());
@@ -273,27 +277,30 @@ mod tests {
     #[test]
     fn the_share_of_pairs_is_rho() {
         for pair_share in [0.0, 0.25, 0.5, 1.0] {
-            let drawn = draws(MixtureConfig { pair_share, coupling: Coupling::Anchored }, 0.3);
-            let pairs = drawn.iter().filter(|example| !is_demonstration(example)).count() as f64;
             let (expected, count) = (pair_share * DRAWS as f64, DRAWS as f64);
             let deviation = (count * pair_share * (1.0 - pair_share)).sqrt();
-            assert!((pairs - expected).abs() <= 4.0 * deviation, "{pairs} of {count}, expected {expected}");
+            for coupling in [Coupling::Anchored, Coupling::Independent] {
+                let drawn = draws(MixtureConfig { pair_share, coupling }, 0.3);
+                let is_pair = |example: &&Example| !is_demonstration(example);
+                let pairs = drawn.iter().flatten().filter(is_pair).count() as f64;
+                assert!(
+                    (pairs - expected).abs() <= 4.0 * deviation,
+                    "{pairs} of {count}, expected {expected}"
+                );
+            }
         }
     }
 
     #[test]
-    fn anchored_demonstrations_have_the_nearest_images_noise_and_independent_ones_any() {
-        let noises = |coupling: Coupling| {
-            let mut counts = [0; 4];
-            for example in draws(MixtureConfig { pair_share: 0.0, coupling }, 0.3) {
-                assert!(is_demonstration(&example));
-                counts[(x_m(&example.noise) - 100.0).round() as usize] += 1;
-            }
-            counts
-        };
-        assert_eq!(noises(Coupling::Anchored), [0, DRAWS, 0, 0], "the one 0.1 m off is nearest");
-        let any = noises(Coupling::Independent);
-        assert!(any.iter().all(|count| count.abs_diff(DRAWS / 4) < 110), "{any:?}: 4 deviations are 110");
+    fn anchored_demonstrations_have_the_nearest_images_noise_and_independent_ones_none_of_a_pairs() {
+        let drawn = |coupling: Coupling| draws(MixtureConfig { pair_share: 0.0, coupling }, 0.3);
+        let anchored: Vec<Example> = drawn(Coupling::Anchored).into_iter().flatten().collect();
+        assert_eq!(anchored.len(), DRAWS);
+        for example in &anchored {
+            assert!(is_demonstration(example));
+            assert_eq!(x_m(&example.noise), 101.0, "the one 0.1 m off is nearest");
+        }
+        assert!(drawn(Coupling::Independent).iter().all(Option::is_none));
     }
 
     /// A path along +y whose fingers close across it by the angle: less than a quarter turn is along it.
@@ -323,7 +330,8 @@ mod tests {
         let mixture = Mixture::new(config, &pairs, &dataset, HORIZON).unwrap();
         let chosen = |nearest_half_turn: bool, parameterisation: Parameterisation| {
             let decoder = DecoderConfig { nearest_half_turn, parameterisation, ..DecoderConfig::default() };
-            let example = mixture.draw(&dataset, &decoder, 0.3, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+            let drawn = mixture.draw(&dataset, &decoder, 0.3, &mut ChaCha8Rng::seed_from_u64(1));
+            let example = drawn.unwrap().unwrap();
             (x_m(&example.noise), example.clean == path(PI + 0.1))
         };
         assert_eq!(chosen(true, Parameterisation::Endpoint), (1.0, false), "0.02 rad off, once taught");
@@ -334,7 +342,8 @@ mod tests {
 
     #[test]
     fn a_pair_keeps_its_own_image_and_first_windows_have_their_share() {
-        let drawn = draws(MixtureConfig { pair_share: 1.0, coupling: Coupling::Anchored }, 0.6);
+        let config = MixtureConfig { pair_share: 1.0, coupling: Coupling::Anchored };
+        let drawn: Vec<Example> = draws(config, 0.6).into_iter().flatten().collect();
         for example in &drawn {
             let off = x_m(&example.clean) - example.window.episode as f64;
             let expected = [-0.3, -0.1, 0.2, 0.4][(x_m(&example.noise) - 100.0).round() as usize];

@@ -30,7 +30,7 @@ pub(crate) struct TrainState<N> {
     pub(crate) validation: Option<ValidationMetrics>,
     /// The best validation.
     pub(crate) best: Option<ValidationMetrics>,
-    /// The averaged weights of the best validation, where those are kept.
+    /// The averaged weights of the best validation.
     pub(crate) best_average: Option<WeightAverage>,
     /// Validations since the best one.
     pub(crate) stale: usize,

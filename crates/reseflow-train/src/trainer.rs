@@ -10,6 +10,7 @@ use reseflow_data::{Dataset, Window};
 use serde::Serialize;
 
 use crate::checkpoint::CheckpointConfig;
+use crate::ema::WeightAverage;
 use crate::fingerprint::Fingerprint;
 use crate::gradients::{clip_global_norm, global_norm};
 use crate::partial::PartialFolder;
@@ -60,7 +61,7 @@ pub struct TrainSummary {
     pub updates: usize,
     /// The last validation, where there were validation episodes.
     pub validation: Option<ValidationMetrics>,
-    /// The best validation; its weights are those of the checkpoint under `keep = "best"`.
+    /// The best validation; its weights are in the checkpoint too, as the policy under `keep = "best"`, else beside it.
     pub best: Option<ValidationMetrics>,
 }
 
@@ -126,20 +127,21 @@ pub fn train<M: Trainable>(
             note(&mut state.metrics, &mut partial, &report)?;
             tracing::info!(update, d_geo = report.d_geo, "validation");
             observer.on_validation(&report);
-            judge(&mut state, report, train.keep);
+            judge(&mut state, report);
         }
+        // Also after the last update, so that nothing is lost where the checkpoint cannot be written.
         if let Some(fingerprint) = &fingerprint
             && train.save_every > 0
-            && update % train.save_every == 0
-            && !is_over(&state)
+            && (update % train.save_every == 0 || is_over(&state))
         {
             let unwritable = |fault| TrainError::State { path: partial.state_path(), fault };
             partial.write_state(&state.to_bytes(fingerprint).map_err(unwritable)?)?;
             tracing::debug!(update, "state saved");
         }
     }
-    let kept = state.best_average.as_ref().unwrap_or(&state.average);
+    let (kept, other) = averages(&state, train.keep);
     let net = kept.apply(state.net.valid());
+    let other = other.map(|(name, average)| (name, average.apply(state.net.valid())));
     let config = CheckpointConfig {
         kind: M::KIND,
         task: request.demonstrations.meta.as_ref().map(|meta| meta.task.clone()),
@@ -147,7 +149,10 @@ pub fn train<M: Trainable>(
         train: Some(train.clone()),
         mixture: request.mixture.map(|mixture| *mixture.parts().0),
     };
-    partial.publish(|folder| checkpoint::write(folder, &net, &config, &state.metrics))?;
+    partial.publish(|folder| {
+        checkpoint::write(folder, &net, &config, &state.metrics)?;
+        other.iter().try_for_each(|(name, net)| checkpoint::write_weights(&folder.join(name), net))
+    })?;
     tracing::info!(updates = state.update, out = %out.display(), "checkpoint written");
     Ok(TrainSummary {
         parameters: net.num_params(),
@@ -238,12 +243,26 @@ fn weights_of<M: Trainable>(
     Ok(net)
 }
 
+/// The averaged weights that become the policy, and the others with the name of their file: the last ones beside the best, or the best
+/// beside the last, where they are not the same.
+fn averages<N: Module>(
+    state: &TrainState<N>,
+    keep: Keep,
+) -> (&WeightAverage, Option<(&'static str, &WeightAverage)>) {
+    let is_last = state.best.is_none_or(|best| best.update == state.update);
+    match (&state.best_average, keep) {
+        (Some(best), Keep::Best) if !is_last => (best, Some((checkpoint::LAST, &state.average))),
+        (Some(best), Keep::Last) if !is_last => (&state.average, Some((checkpoint::BEST, best))),
+        _ => (&state.average, None),
+    }
+}
+
 /// Takes in a validation: the best one so far, or one more without improvement.
-fn judge<N: Module>(state: &mut TrainState<N>, report: ValidationMetrics, keep: Keep) {
+fn judge<N: Module>(state: &mut TrainState<N>, report: ValidationMetrics) {
     state.validation = Some(report);
     if state.best.is_none_or(|best| report.d_geo < best.d_geo) {
         state.best = Some(report);
-        state.best_average = (keep == Keep::Best).then(|| state.average.clone());
+        state.best_average = Some(state.average.clone());
         state.stale = 0;
     } else {
         state.stale += 1;
@@ -283,6 +302,14 @@ fn shard<M: Trainable>(
     Ok(Shard { gradients: GradientsParams::from_grads(loss.backward(), net), loss: value, windows })
 }
 
+/// The network with parameters that begin a graph of their own.
+///
+/// A fork would hang its parameters on those of `net`; below a parameter that no gradient ever replaces, all forks of a training would
+/// stay in the autodiff's books, and every update would look through them.
+fn leaves<N: Module>(net: &N) -> N {
+    net.valid().train()
+}
+
 /// Gradients and loss of one update, the shards of each batch on threads of their own.
 ///
 /// Every shard has its own copy of the network, hence its own autodiff graph; the sums run in the order of the shards, so the result
@@ -297,7 +324,7 @@ fn gradients<M: Trainable>(
     let mut sum = GradientsAccumulator::new();
     let mut total = 0.0;
     for batch in 0..train.accumulate {
-        let copies: Vec<_> = (0..train.shards).map(|index| (index, net.clone().fork(device))).collect();
+        let copies: Vec<_> = (0..train.shards).map(|index| (index, leaves(net))).collect();
         let results: Vec<Result<Shard, TrainError>> = std::thread::scope(|scope| {
             let work = |(index, net): (usize, M::Net)| {
                 scope.spawn(move || shard(&net, request, device, update, batch * train.shards + index))
@@ -323,7 +350,7 @@ fn infinite_gradient<M: Trainable>(
 ) -> TrainError {
     let mut windows = Vec::new();
     for part in 0..request.train.accumulate * request.train.shards {
-        match shard(&net.clone().fork(device), request, device, update, part) {
+        match shard(&leaves(net), request, device, update, part) {
             Err(fault) => return fault,
             Ok(done) if !global_norm(net, &done.gradients).is_finite() => {
                 return TrainError::Diverged { what: "gradient", update, shard: part, windows: done.windows };

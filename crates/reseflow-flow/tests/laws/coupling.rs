@@ -1,7 +1,7 @@
-//! Couplings: anchored noise is that of the nearest image, independent noise is any.
+//! Anchored coupling: the noise is that of the nearest image.
 
 use reseflow_data::{Action, ActionChunk, FlowPair};
-use reseflow_flow::{Coupling, FlowError, LENGTH_SCALE_M};
+use reseflow_flow::{FlowError, LENGTH_SCALE_M, nearest_image};
 use reseflow_lie::{BodyTwist, Vector3};
 
 use crate::known::mapped;
@@ -26,7 +26,7 @@ fn anchored(
     let mut stream = rng(51);
     let pair = |image: &ActionChunk| FlowPair { noise: chunk(HORIZON, &mut stream), image: image.clone() };
     let pairs: Vec<_> = images.iter().map(pair).collect();
-    Coupling::Anchored.choose(&pairs, demonstration, weights, &mut rng(52))
+    nearest_image(&pairs, demonstration, weights)
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn it_goes_by_the_image_and_not_by_the_noise() {
         FlowPair { noise: wanted.clone(), image: off(&wanted, 1.0, 0.0, 0.0) },
         FlowPair { noise: off(&wanted, 1.0, 0.0, 0.0), image: off(&wanted, 0.1, 0.0, 0.0) },
     ];
-    assert_eq!(Coupling::Anchored.choose(&pairs, &wanted, &[1.0; HORIZON], &mut stream), Ok(1));
+    assert_eq!(nearest_image(&pairs, &wanted, &[1.0; HORIZON]), Ok(1));
 }
 
 #[test]
@@ -88,29 +88,11 @@ fn the_choice_moves_with_the_world() {
 }
 
 #[test]
-fn independent_noise_is_any_whatever_the_demonstration() {
-    const DRAWS: usize = 8000;
-    let mut stream = rng(57);
-    let wanted = chunk(HORIZON, &mut stream);
-    let pairs: Vec<_> =
-        (0..8).map(|_| FlowPair { noise: chunk(HORIZON, &mut stream), image: wanted.clone() }).collect();
-    let mut counts = [0_usize; 8];
-    for _ in 0..DRAWS {
-        counts[Coupling::Independent.choose(&pairs, &wanted, &[1.0; HORIZON], &mut stream).unwrap()] += 1;
-    }
-    // Five deviations of a count of n draws with probability 1/8.
-    let bound = 5.0 * (DRAWS as f64 * 7.0 / 64.0).sqrt();
-    assert!(counts.iter().all(|&count| (count as f64 - 1000.0).abs() < bound), "{counts:?}");
-}
-
-#[test]
 fn nothing_to_couple_with_and_other_horizons_are_refused() {
     let mut stream = rng(58);
     let wanted = chunk(HORIZON, &mut stream);
-    for coupling in [Coupling::Anchored, Coupling::Independent] {
-        let found = coupling.choose(&[], &wanted, &[1.0; HORIZON], &mut stream);
-        assert!(matches!(found, Err(FlowError::Mismatch { got: 0, .. })), "{found:?}");
-    }
+    let found = nearest_image(&[], &wanted, &[1.0; HORIZON]);
+    assert!(matches!(found, Err(FlowError::Mismatch { got: 0, .. })), "{found:?}");
     let short = chunk(HORIZON - 1, &mut stream);
     assert!(anchored(&[short], &wanted, &[1.0; HORIZON]).is_err());
     assert!(anchored(std::slice::from_ref(&wanted), &wanted, &[1.0; HORIZON + 1]).is_err());

@@ -116,14 +116,14 @@ impl Augmentation {
         pose
     }
 
-    /// Noise that belongs to the scene as it was recorded; it follows the gripper.
-    pub(crate) fn noise(&self, noise: &mut ActionChunk) {
+    /// Noise that belongs to the scene as it was recorded. Noise drawn about the gripper follows it; noise about the cloud does not.
+    pub(crate) fn noise(&self, noise: &mut ActionChunk, is_about_the_gripper: bool) {
         for action in &mut noise.0 {
             let pose = &mut action.world_from_gripper;
             self.reshape(pose);
-            self.follow(pose);
-            if let Some(noise_move) = self.noise_move {
-                *pose = noise_move * *pose;
+            if is_about_the_gripper {
+                self.follow(pose);
+                self.noise_move.iter().for_each(|noise_move| *pose = *noise_move * *pose);
             }
             self.half_turn(pose);
             self.turn.iter().for_each(|turn| turn.pose(pose));
@@ -227,7 +227,7 @@ mod tests {
         let drawn = Augmentation::draw(0, &before, &next(), &AugmentConfig::NONE, &mut one);
         drawn.observation(&mut after);
         drawn.actions(&mut actions);
-        drawn.noise(&mut noise);
+        drawn.noise(&mut noise, true);
         drop_points(&mut after.cloud, 0.0, &mut one);
         assert_eq!(after, before);
         assert_eq!((first(&actions), first(&noise)), (pose(2.0, [0.3; 3]), pose(1.0, [0.2; 3])));
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moved_gripper_takes_its_noise_along_and_leaves_cloud_and_actions() {
+    fn a_moved_gripper_takes_its_noise_along_and_leaves_cloud_actions_and_noise_about_the_cloud() {
         let config = AugmentConfig { gripper_std_rad: 0.2, gripper_std_m: 0.05, ..AugmentConfig::NONE };
         let mut squared = [0.0; 2];
         // Far from any choice between half-turns.
@@ -247,7 +247,10 @@ mod tests {
                 (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
             drawn.observation(&mut after);
             drawn.actions(&mut actions);
-            drawn.noise(&mut noise);
+            drawn.noise(&mut noise, true);
+            let mut about_the_cloud = chunk(pose(1.0, [0.2; 3]));
+            drawn.noise(&mut about_the_cloud, false);
+            assert_eq!(first(&about_the_cloud), pose(1.0, [0.2; 3]));
             assert_eq!(after.cloud, before.cloud);
             assert_eq!(first(&actions), pose(2.0, [0.3; 3]));
             let relative = |gripper: &SE3, pose: &SE3| gripper.inverse() * *pose;
@@ -303,7 +306,7 @@ mod tests {
             (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
         drawn.observation(&mut after);
         drawn.actions(&mut actions);
-        drawn.noise(&mut noise);
+        drawn.noise(&mut noise, true);
         assert_eq!(after.cloud, before.cloud);
         for (new, old) in [
             (after.world_from_gripper, before.world_from_gripper),
@@ -334,7 +337,7 @@ mod tests {
                 (seen(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
             drawn.observation(&mut after);
             drawn.actions(&mut actions);
-            drawn.noise(&mut noise);
+            drawn.noise(&mut noise, true);
             let gripper_from_world = after.world_from_gripper.inverse();
             let point = |point: &[f32; 3]| gripper_from_world.act(&Vector3::from(point.map(f64::from)));
             let points: Vec<_> = after.cloud.points.iter().map(point).collect();

@@ -81,9 +81,8 @@ pub(super) fn loss(
             let scenes = net.equivariant.trunk.encode(&views, device)?;
             (net.equivariant.forward(&scenes, &input)?, world_tensors(&views, &place(&clean), device))
         } else {
-            let at: Vec<f64> =
-                group.iter().map(|example| example.level as f64 / config.diffusion.steps as f64).collect();
-            let input = KernelInput::invariant(&views, &noisy, &at, device)?;
+            let levels: Vec<usize> = group.iter().map(|example| example.level).collect();
+            let input = KernelInput::invariant(&views, &noisy, &levels, config.diffusion.steps, device)?;
             let scenes = net.invariant.trunk.encode(&views, device)?;
             (net.invariant.forward(&scenes, &input)?, anchored_tensors(&clean, device))
         };

@@ -47,8 +47,8 @@ impl Denoiser for NetDenoiser<'_> {
         states: &[AnchoredChunk],
         level: usize,
     ) -> Result<Vec<Vec<LeftFactor>>, FlowError> {
-        let level = level as f64 / self.levels as f64;
-        let input = KernelInput::invariant(&self.views, states, &vec![level; states.len()], &self.device)
+        let levels = vec![level; states.len()];
+        let input = KernelInput::invariant(&self.views, states, &levels, self.levels, &self.device)
             .map_err(failed)?;
         let clean = self.net.invariant.forward(&self.invariant, &input).map_err(failed)?;
         let mut clean = actions(&clean).map_err(failed)?.into_iter();

@@ -76,17 +76,19 @@ pub(super) struct KernelInput {
 }
 
 impl KernelInput {
-    /// For the invariant kernel, whose answer is relative to the anchor; `levels` is k/K of each scene.
+    /// For the invariant kernel, whose answer is relative to the anchor; `levels` is k of each scene, `of` is K, and the network sees k/K.
     pub(super) fn invariant(
         views: &[&SceneView],
         states: &[AnchoredChunk],
-        levels: &[f64],
+        levels: &[usize],
+        of: usize,
         device: &Device,
     ) -> Result<Self, TrainError> {
+        let levels: Vec<f64> = levels.iter().map(|&level| level as f64 / of as f64).collect();
         let placed: Vec<_> = views.iter().zip(states).map(|(view, state)| view.anchor.place(state)).collect();
         let poses: Vec<SE3> =
             states.iter().flat_map(|state| state.0.iter().map(|action| action.anchor_from_gripper)).collect();
-        Self::new(views, &placed, levels, &poses, anchored_tensors(states, device), device)
+        Self::new(views, &placed, &levels, &poses, anchored_tensors(states, device), device)
     }
 
     /// For the equivariant kernel, whose answer has the world's axes and the gripper's origin.

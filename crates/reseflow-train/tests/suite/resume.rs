@@ -1,6 +1,7 @@
 //! A training that was interrupted and resumed ends with the bytes of one that was not; a state that does not fit is never used.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 
 use reseflow_data::{Dataset, Split};
 use reseflow_train::{
@@ -65,7 +66,7 @@ impl Workshop {
         config: &TrainConfig,
         data: &Dataset,
         resume: Resume,
-        fuse: &mut Fuse,
+        observer: &mut dyn TrainObserver,
     ) -> Result<TrainSummary, TrainError> {
         let request = TrainRequest {
             model: &tiny_model(),
@@ -78,7 +79,7 @@ impl Workshop {
             device: DeviceKind::Cpu,
             out: &self.shelf.path(name),
         };
-        train(&request, fuse)
+        train(&request, observer)
     }
 
     /// Trains until the power fails after `update`.
@@ -113,6 +114,37 @@ fn a_resumed_training_ends_with_the_bytes_of_one_that_was_never_interrupted() {
         assert_eq!(d_geo(&resumed), d_geo(&summary));
         assert!(!shop.shelf.path(&format!("{name}.partial")).exists(), "success leaves no state");
     }
+}
+
+/// Puts something in the way of the checkpoint once the last update is made.
+struct Blocker(PathBuf);
+
+impl TrainObserver for Blocker {
+    fn on_update(&mut self, metrics: &UpdateMetrics) {
+        if metrics.update == 12 {
+            std::fs::create_dir(&self.0).unwrap();
+        }
+    }
+
+    fn on_validation(&mut self, _: &ValidationMetrics) {}
+}
+
+#[test]
+fn a_checkpoint_that_cannot_be_written_costs_no_update() {
+    let shop = Workshop::new();
+    shop.train("whole", Resume::Never, &mut Fuse::default()).unwrap();
+    let mut blocker = Blocker(shop.shelf.path("policy.partial/new"));
+    let config = &shop.config;
+    let fault = shop.train_as("policy", config, &shop.data, Resume::Never, &mut blocker).unwrap_err();
+    assert!(matches!(fault, TrainError::Io { .. }), "{fault}");
+    assert_eq!(shop.shelf.names(), ["policy.partial", "whole"]);
+
+    let mut fuse = Fuse::default();
+    shop.train("policy", Resume::Always, &mut fuse).unwrap();
+    assert_eq!(fuse.resumed_at, Some(12));
+    let [policy, whole] = ["policy", "whole"].map(|name| contents(&shop.shelf.path(name)));
+    assert!(policy["model.safetensors"] == whole["model.safetensors"]);
+    assert_eq!(untimed(&policy["metrics.jsonl"]), untimed(&whole["metrics.jsonl"]));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use reseflow_train::{AugmentConfig, Keep, TrainConfig};
 use crate::support::{Shelf, contents, demonstrations, histories, mean_d_geo, tiny_training};
 
 #[test]
-fn the_kept_weights_are_those_of_the_best_validation() {
+fn the_weights_of_the_best_validation_and_the_last_ones_are_both_kept() {
     let shelf = Shelf::new();
     let data = demonstrations(Split::Train, 2);
     // Steps this large and no averaging: the policy wanders about, and the best one is not the last.
@@ -33,6 +33,12 @@ fn the_kept_weights_are_those_of_the_best_validation() {
     assert_eq!(score("best"), lowest);
     assert_eq!(score("last"), last.validation.unwrap().d_geo);
     assert!(lowest < score("last"));
+
+    // Each has the other's weights beside its own.
+    let [best, last] = ["best", "last"].map(|name| contents(&shelf.path(name)));
+    assert!(best["last.safetensors"] == last["model.safetensors"]);
+    assert!(last["best.safetensors"] == best["model.safetensors"]);
+    assert!(!best.contains_key("best.safetensors") && !last.contains_key("last.safetensors"));
 }
 
 #[test]

@@ -94,20 +94,25 @@ fn the_order_of_the_points_does_not_matter() {
 /// Twice as many points in the same places, twice as many neighbours: a mean stays, a sum doubles.
 #[test]
 fn a_denser_cloud_gives_the_same_answer() {
-    let config = config();
-    let mut denser = config.clone();
-    denser.network.encoder.graph.point_neighbors *= 2;
-    let net = net(&config, &device());
-    let (frames, state) = (scene(40), state(30, 40));
-    let doubled = frames.clone().map(|mut frame| {
-        frame.cloud.points.extend_from_within(..);
-        frame.cloud.colors.extend_from_within(..);
-        frame
-    });
-    let states = std::slice::from_ref(&state);
-    let once = numbers(&invariant(&net, &[&view(&frames, &config)], states));
-    let twice = numbers(&invariant(&net, &[&view(&doubled, &denser)], states));
-    assert!(apart(&once, &twice) < 1e-4, "{}", apart(&once, &twice));
+    for config in [config(), of_degrees_0_to_2()] {
+        let mut denser = config.clone();
+        denser.network.encoder.graph.point_neighbors *= 2;
+        let net = net(&config, &device());
+        let (frames, state) = (scene(40), state(30, 40));
+        let doubled = frames.clone().map(|mut frame| {
+            frame.cloud.points.extend_from_within(..);
+            frame.cloud.colors.extend_from_within(..);
+            frame
+        });
+        let (once, twice) = (view(&frames, &config), view(&doubled, &denser));
+        let (states, placed) = (std::slice::from_ref(&state), [once.anchor.place(&state)]);
+        for [once, twice] in [
+            [&once, &twice].map(|view| numbers(&invariant(&net, &[view], states))),
+            [&once, &twice].map(|view| numbers(&equivariant(&net, &[view], &placed))),
+        ] {
+            assert!(apart(&once, &twice) < 1e-4, "{}", apart(&once, &twice));
+        }
+    }
 }
 
 /// Clouds and actions of a batch belong together scene by scene.
@@ -172,7 +177,7 @@ fn every_number_that_enters_is_of_order_one() {
     for level in [2, 50, 100] {
         let view = view(&scene(70), &config);
         let states = [state(level, 70)];
-        let input = KernelInput::invariant(&[&view], &states, &[level as f64 / 100.0], &device()).unwrap();
+        let input = KernelInput::invariant(&[&view], &states, &[level], 100, &device()).unwrap();
         let colors = view.graphs.iter().flat_map(|graph| graph.colors.iter().flatten().copied());
         let entering = [
             host(&input.tokens.scalars).unwrap(),

@@ -115,7 +115,7 @@ fn state(level: usize, stream: u64) -> AnchoredChunk {
 }
 
 fn invariant(net: &EtSeedNet, views: &[&SceneView], states: &[AnchoredChunk]) -> EndpointTargets {
-    let input = KernelInput::invariant(views, states, &vec![0.4; views.len()], &device()).unwrap();
+    let input = KernelInput::invariant(views, states, &vec![40; views.len()], 100, &device()).unwrap();
     let scenes = net.invariant.trunk.encode(views, &device()).unwrap();
     net.invariant.forward(&scenes, &input).unwrap()
 }

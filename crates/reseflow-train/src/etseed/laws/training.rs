@@ -10,8 +10,8 @@ use reseflow_lie::geodesic_distance;
 use reseflow_lie_tensor::so3;
 use reseflow_net::Symmetry;
 
-use super::{HORIZON, config, data, device, rng};
-use crate::etseed::batch::{Example, draw};
+use super::{HORIZON, config, data, device, net, rng};
+use crate::etseed::batch::{Example, draw, loss};
 use crate::etseed::objective::left_factor_loss;
 use crate::{AugmentConfig, DeviceKind, EtSeedConfig, Resume, TrainConfig, TrainRequest};
 
@@ -89,6 +89,26 @@ fn the_noisiest_levels_have_their_share_of_what_is_not_for_the_last_step() {
         assert!((found - expected).abs() < 5.0 * (expected / COUNT as f64).sqrt(), "{steps}: {found}");
         assert!(drawn.iter().all(|example| (1..=steps).contains(&example.level)));
     }
+}
+
+/// Scenes, levels, targets and weights of a batch belong together example by example; each kernel judges its own levels.
+#[test]
+fn the_loss_of_a_mixed_batch_is_the_mean_of_what_its_examples_give_alone() {
+    let config = config();
+    let net = net(&config, &device());
+    let drawn = examples(&data(3), &EtSeedConfig { last_step_share: 0.4, ..config.clone() }, 12);
+    let of = |examples: &[Example]| loss(&net, examples, &config, &device()).unwrap().into_scalar::<f64>();
+    let mut expected = 0.0;
+    for is_last in [false, true] {
+        let group: Vec<&Example> = drawn.iter().filter(|example| (example.level == 1) == is_last).collect();
+        assert!(group.len() > 1, "both kernels have examples");
+        let weight = |example: &Example| example.weights.iter().sum::<f64>();
+        let total: f64 = group.iter().map(|example| weight(example)).sum();
+        let alone = |example: &&Example| weight(example) / total * of(std::slice::from_ref(*example));
+        expected += group.len() as f64 / 12.0 * group.iter().map(alone).sum::<f64>();
+    }
+    let found = of(&drawn);
+    assert!((found - expected).abs() < 1e-5 * expected, "{found}, expected {expected}");
 }
 
 /// Ends of episodes that are not cumulative gave seven windows of five hundred steps.

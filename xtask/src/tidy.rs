@@ -20,9 +20,10 @@ use crate::workspace::{self, Metadata};
 /// Check the shape of the code: dependency floors, file length, headers, unfinished work, paths.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  cargo xtask tidy\n\n\
-    The rules: dependencies run down the floors of ARCHITECTURE.md; rapier, burn, mcap and clap appear only in the crates that \
-    own them; a Rust file opens with `//!` and has at most 400 lines (tables named *_table.rs or generated* excepted); nothing \
-    is marked unfinished; no text names a folder of one machine; what the documents point at exists.")]
+    The rules: dependencies run down the floors of ARCHITECTURE.md; burn, rapier3d, parry3d, glamx, \
+    mcap, foxglove, npyz, clap, plotters and anyhow appear only in the crates that own them, in tests and in xtask; a Rust file \
+    opens with `//!` and has at most 400 lines (tables named *_table.rs or generated* excepted); nothing is marked \
+    unfinished; no text names a folder of one machine; what the documents point at exists.")]
 pub(crate) struct Args {}
 
 /// One broken rule.

@@ -197,7 +197,8 @@ pub struct TrainArgs {
 The pair file says which checkpoint, data and settings it was made with, and is used again where these are the same. For another
 round, call it with the new checkpoint.")]
 pub struct ReflowArgs {
-    /// A configuration; its `train` and `reflow` tables count, the network is the checkpoint's
+    /// A configuration, as a rule the one that the flow was trained with; its `train` and `reflow` tables count, augmentation included,
+    /// and the network is the checkpoint's
     #[arg(long, value_name = "FILE.toml")]
     pub config: PathBuf,
     /// The folder of the trained flow
@@ -209,7 +210,7 @@ pub struct ReflowArgs {
     /// Held-out demonstrations, scored during training
     #[arg(long, value_name = "FILE.npz")]
     pub validation: Option<PathBuf>,
-    /// The pair file to use or to write [default: beside the checkpoint's folder, with the ending .pairs.npz]
+    /// The pair file to use or to write [default: beside the folder of --out, with the ending .pairs.npz]
     #[arg(long, value_name = "FILE.npz")]
     pub pairs: Option<PathBuf>,
     /// The new checkpoint's folder

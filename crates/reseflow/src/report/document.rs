@@ -76,6 +76,11 @@ pub(super) fn optional(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), decimals)
 }
 
+/// A share in per cent, with its sign.
+pub(super) fn signed_percent(share: f64) -> String {
+    format!("{}{}", if share >= 0.0 { "+" } else { "" }, percent(share))
+}
+
 /// A share in per cent.
 pub(super) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)

@@ -138,6 +138,9 @@ fn blocks(study: &Study, headline: &Results, terminal: &Terminal) -> anyhow::Res
     blocks.push(tables::paired(study));
     blocks.push(tables::samplers(study));
 
+    blocks.push(section("Ablations"));
+    blocks.push(tables::ablations(study));
+
     blocks.push(section("Along the trajectory"));
     blocks.extend(figures::along_the_trajectory(study)?);
 

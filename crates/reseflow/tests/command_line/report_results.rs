@@ -127,6 +127,34 @@ fn runs_of_other_training_seeds_are_one_experiment() {
 }
 
 #[test]
+fn an_ablation_has_a_row_of_its_own_and_stands_for_nothing_else() {
+    let bench = Bench::new();
+    fs::write(bench.path("tiny.toml"), TINY).unwrap();
+    bench.succeed("run tiny.toml --set variant=twist --set train.updates=2 --set train.validate_every=1");
+    copy(&bench, "main", 1, 0.5);
+    let config = String::from_utf8(bench.bytes("runs/main/config.toml")).unwrap();
+    let mut config: toml::Table = config.parse().unwrap();
+    assert_eq!(config.remove("variant"), Some("twist".into()));
+    fs::write(bench.path("runs/main/config.toml"), config.to_string()).unwrap();
+    bench.succeed("report runs/tiny runs/main --out report");
+
+    let own = bench.read_json("runs/tiny/eval.json")["rows"][0]["d_geo_mean"].as_f64().unwrap();
+    let [own, main] = [own, 0.5 * own].map(|error| format!("{error:.4}"));
+    let markdown = String::from_utf8(bench.bytes("report/report.md")).unwrap();
+    let all = rows(&markdown);
+    let row = all.iter().find(|row| row[0] == "twist").expect("the ablation's row");
+    // The copy has the same errors, episode by episode.
+    assert_eq!(row[1..5], ["Rotating triangle", "3", &own, "+0.0000 (+0.0000 to +0.0000)"]);
+    let beside = all.iter().find(|row| row[0].starts_with("Flow 1, ours, 1 step")).expect("our row");
+    assert!(beside[3].starts_with(&main), "{beside:?} shows the main run, whose error is {main}");
+    let summary = String::from_utf8(bench.bytes("report/results.md")).unwrap();
+    assert_eq!(rows(&summary).iter().filter(|row| row[1] == "Flow 1").count(), 1);
+    let results = bench.read_json("report/results.json");
+    assert_eq!(results["runs"][0]["variant"], "twist");
+    assert_eq!(results["runs"][1].get("variant"), None);
+}
+
+#[test]
 fn the_nearest_demonstration_is_told_with_the_demonstrations_that_it_is_of() {
     let bench = Bench::new();
     fs::write(bench.path("tiny.toml"), TINY).unwrap();

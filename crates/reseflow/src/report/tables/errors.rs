@@ -1,6 +1,6 @@
 //! Every score, and paired comparisons.
 
-use super::super::document::{Block, Table, decimals, optional, percent};
+use super::super::document::{Block, Table, decimals, optional, signed_percent};
 use super::super::study::{Study, fewest, learner_title, most, row_at, run_title, steps_title};
 use crate::evaluation::{EvalReport, StepRow};
 use crate::learners::Learner;
@@ -152,8 +152,4 @@ pub(in super::super) fn paired(study: &Study) -> Block {
         compare(at(last, fewest), at(Learner::Regressor, fewest));
     }
     table.or_absent("paired comparisons: no run has two policies or two numbers of steps to compare.")
-}
-
-fn signed_percent(share: f64) -> String {
-    format!("{}{}", if share >= 0.0 { "+" } else { "" }, percent(share))
 }

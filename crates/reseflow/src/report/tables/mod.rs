@@ -1,5 +1,6 @@
 //! The report's tables, by what they are about.
 
+mod ablations;
 mod acting;
 mod errors;
 mod flows;
@@ -7,6 +8,7 @@ mod origin;
 mod paper;
 mod seeds;
 
+pub(super) use ablations::ablations;
 pub(super) use acting::{closed_loop, latency};
 pub(super) use errors::{paired, scores};
 pub(super) use flows::{modes, nodes, samplers, straightness, turned};

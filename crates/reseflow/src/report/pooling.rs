@@ -1,5 +1,6 @@
 //! Runs that differ in their training seed only are one experiment: `door-200`, `door-200-seed2`, `door-200-seed3`.
 
+use super::document::percent;
 use super::gather::{Acting, Eval, Run};
 use super::study::Study;
 use crate::evaluation::StepRow;
@@ -42,6 +43,11 @@ impl OverSeeds {
     /// `0.0146 ± 0.0003`.
     pub(super) fn text(&self) -> String {
         format!("{:.4} ± {:.4}", self.mean, self.std)
+    }
+
+    /// `12.5 % ± 0.3 %`, of shares.
+    pub(super) fn shares(&self) -> String {
+        format!("{} ± {}", percent(self.mean), percent(self.std))
     }
 }
 

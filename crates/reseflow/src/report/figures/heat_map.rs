@@ -1,8 +1,9 @@
 //! D_geo of each action in one step, policies and tasks as rows (the paper's per-action heat map).
 
+use crate::learners::Learner;
 use crate::plot::{INK, Ink, LEGEND_SIZE, Lettering, Picture, TICK_SIZE, TITLE_SIZE};
 use crate::report::document::Block;
-use crate::report::study::{Group, Study, fewest, learner_title, steps_title, task_title};
+use crate::report::study::{Group, Study, fewest, learner_title, most, steps_title, task_title};
 
 const LEFT: f64 = 320.0;
 const TOP: f64 = 74.0;
@@ -16,15 +17,7 @@ const ON_DARK: Ink = Ink(254, 254, 254);
 
 /// The table of cells, shaded by the logarithm of what they hold.
 pub(super) fn chart(study: &Study, group: Group) -> Block {
-    let mut rows: Vec<(String, &[f64])> = Vec::new();
-    for run in study.unimodal(group) {
-        for learner in study.learners(group, &run.task) {
-            let Some(row) = study.scores(group, &run.task, learner).and_then(fewest) else { continue };
-            let name =
-                format!("{}: {}, {}", task_title(&run.task), learner_title(learner), steps_title(row.steps));
-            rows.push((name, &row.scores.per_action_mean));
-        }
-    }
+    let rows = rows(study, group);
     let positive = || rows.iter().flat_map(|(_, values)| values.iter().copied()).filter(|value| *value > 0.0);
     let (low, high) = (positive().fold(f64::INFINITY, f64::min), positive().fold(0.0, f64::max));
     let columns = rows.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
@@ -57,9 +50,28 @@ pub(super) fn chart(study: &Study, group: Group) -> Block {
     }
     Block::figure(
         format!("heat-map-{}", group.slug()),
-        "Mean D_geo of each action with the fewest steps; dark is worse, the shade goes with the logarithm.",
+        "Mean D_geo of each action with the fewest steps, of ET-SEED with its most as well; dark is worse, the shade goes with the \
+         logarithm.",
         picture,
     )
+}
+
+/// A policy's name and the error of each action: with the fewest steps, and the baseline with its most as well.
+fn rows(study: &Study, group: Group) -> Vec<(String, &[f64])> {
+    let mut rows: Vec<(String, &[f64])> = Vec::new();
+    for run in study.unimodal(group) {
+        for learner in study.learners(group, &run.task) {
+            let Some(report) = study.scores(group, &run.task, learner) else { continue };
+            let few = fewest(report);
+            let many = most(report)
+                .filter(|many| learner == Learner::Baseline && few.is_some_and(|few| few.steps < many.steps));
+            for row in few.into_iter().chain(many) {
+                let policy = format!("{}, {}", learner_title(learner), steps_title(row.steps));
+                rows.push((format!("{}: {policy}", task_title(&run.task)), &row.scores.per_action_mean));
+            }
+        }
+    }
+    rows
 }
 
 /// Three digits that count.
@@ -78,6 +90,23 @@ fn shade(share: f64) -> Ink {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::samples::{run, scored};
+
+    #[test]
+    fn the_baseline_has_a_row_for_its_most_levels() {
+        let run = run("d", "door", 200, 1);
+        let run = scored(run, Learner::Flow(1), &[(1, &[0.2]), (100, &[0.1])]);
+        let run = scored(run, Learner::Baseline, &[(100, &[0.5]), (1, &[0.75]), (10, &[0.7])]);
+        let study = Study::new(vec![run]);
+        let rows = rows(&study, Group::Count(200));
+        let found: Vec<(&str, f64)> = rows.iter().map(|(name, values)| (name.as_str(), values[9])).collect();
+        let expected = [
+            ("Door opening: Flow 1, 1 step", 0.2),
+            ("Door opening: ET-SEED, 1 step", 0.75),
+            ("Door opening: ET-SEED, 100 steps", 0.5),
+        ];
+        assert_eq!(found, expected);
+    }
 
     #[test]
     fn more_is_darker() {

@@ -57,7 +57,7 @@ pub(in super::super) fn closed_loop(study: &Study) -> Block {
                 if report.disturbed { "yes" } else { "no" }.to_owned(),
                 report.split.clone(),
                 format!("{} of {}", sum(|report| report.successes), sum(|report| report.episodes)),
-                format!("{} ± {}", percent(rate.mean), percent(rate.std)),
+                rate.shares(),
                 "–".to_owned(),
             ]);
         }

@@ -102,7 +102,7 @@ fn cells(name: String, split: &str, [steps, evaluations]: [String; 2], scores: &
     ]
 }
 
-/// Differences episode by episode: few steps against many, Flow 2 against Flow 1, the baseline and the regressor.
+/// Differences episode by episode: every number of steps against the most, Flow 2 against Flow 1, the baseline and the regressor.
 pub(in super::super) fn paired(study: &Study) -> Block {
     let mut table = Table::new(
         "D̄_geo of the first minus that of the second, paired over the same held-out episodes, with 95 % bootstrap intervals; the last \
@@ -139,9 +139,10 @@ pub(in super::super) fn paired(study: &Study) -> Block {
         let flows: Vec<Learner> =
             (1..=9).map(Learner::Flow).filter(|flow| run.on_test(*flow).is_some()).collect();
         for &learner in flows.iter().chain([Learner::Baseline].iter()) {
-            let (few, many) = (at(learner, fewest), at(learner, most));
-            if few.1.map(|row| row.steps) != many.1.map(|row| row.steps) {
-                compare(few, many);
+            let Some(report) = run.on_test(learner) else { continue };
+            let many = most(report);
+            for few in report.rows.iter().filter(|row| many.is_some_and(|many| row.steps != many.steps)) {
+                compare((learner, Some(few)), (learner, many));
             }
         }
         let Some(&last) = flows.last() else { continue };
@@ -152,4 +153,28 @@ pub(in super::super) fn paired(study: &Study) -> Block {
         compare(at(last, fewest), at(Learner::Regressor, fewest));
     }
     table.or_absent("paired comparisons: no run has two policies or two numbers of steps to compare.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::samples::{run, scored};
+    use super::*;
+
+    #[test]
+    fn every_number_of_steps_is_compared_with_the_most() {
+        let run = run("d", "door", 10, 1);
+        let run =
+            scored(run, Learner::Flow(1), &[(1, &[0.5, 0.75]), (10, &[0.25, 0.5]), (100, &[0.25, 0.25])]);
+        let run = scored(run, Learner::Baseline, &[(1, &[1.0, 1.5]), (100, &[0.5, 0.75])]);
+        let Block::Table(table) = paired(&Study::new(vec![run])) else { panic!("no table") };
+        let found: Vec<[&str; 4]> =
+            table.rows.iter().map(|row| [&*row[1], &*row[2], &*row[3], &*row[5]]).collect();
+        let expected = [
+            ["Flow 1, 1 step", "Flow 1, 100 steps", "+0.3750", "+150.0 %"],
+            ["Flow 1, 10 steps", "Flow 1, 100 steps", "+0.1250", "+50.0 %"],
+            ["ET-SEED, 1 step", "ET-SEED, 100 steps", "+0.6250", "+100.0 %"],
+            ["Flow 1, 1 step", "ET-SEED, 100 steps", "+0.0000", "+0.0 %"],
+        ];
+        assert_eq!(found, expected);
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::document::Table;
 use super::markdown;
-use super::paper::of_task;
+use super::paper::{TASKS, of_task};
 use super::results::{ErrorResult, PolicyResult, Results, RolloutResult, RunResult, StepResult};
 use super::study::{learner_title, steps_title, task_title};
 use crate::learners::Learner;
@@ -13,21 +13,25 @@ const PLAN: usize = 10;
 /// The policies that have a row, in this order.
 const POLICIES: [Learner; 3] = [Learner::Flow(1), Learner::Flow(2), Learner::Baseline];
 
-/// The file `results.md`: the table and what its columns mean, as Markdown.
+/// The file `results.md`: what the columns mean, as a list, and the table, as Markdown.
 pub(super) fn markdown(results: &Results) -> String {
-    markdown::rows(&table(results))
+    let items: Vec<String> =
+        legend(results).iter().map(|(column, meaning)| format!("- {column}: {meaning}")).collect();
+    markdown::rows(&Table { caption: items.join("\n"), ..table(results) })
 }
 
 /// Every policy on the test split, few steps and many, and what it does in the simulator; scenes with two experts have no row.
 pub(super) fn table(results: &Results) -> Table {
-    let runs = || results.runs.iter().filter(|run| !run.two_experts);
+    let runs = || rows_of(results);
     let policies = || runs().flat_map(|run| POLICIES.iter().filter_map(|learner| run.on_test(*learner)));
-    let few = policies().filter_map(PolicyResult::fewest).map(|row| row.steps).next().unwrap_or(1);
+    let few = fewest_steps(results);
     let many = policies().filter_map(PolicyResult::most).map(|row| row.steps).max().unwrap_or(1);
     let (one_title, many_title) =
         (format!("D̄_geo, {}", steps_title(few)), format!("D̄_geo, {}", steps_title(many)));
+    let sentences: Vec<String> =
+        legend(results).iter().map(|(column, meaning)| format!("{column}: {meaning}")).collect();
     let mut table = Table::new(
-        caption(results),
+        sentences.join(" "),
         [
             "task",
             "policy",
@@ -81,28 +85,80 @@ pub(super) fn table(results: &Results) -> Table {
     table
 }
 
-/// What the columns mean, and where the numbers come from.
-fn caption(results: &Results) -> String {
-    let runs = || results.runs.iter().filter(|run| !run.two_experts);
-    let tests = || runs().flat_map(|run| run.policies.iter().filter(|policy| policy.split == "test"));
-    let extent = tests()
+/// The runs that have rows.
+fn rows_of(results: &Results) -> impl Iterator<Item = &RunResult> {
+    results.runs.iter().filter(|run| !run.two_experts)
+}
+
+/// The fewest integration steps of the first policy: those of the first column of errors.
+fn fewest_steps(results: &Results) -> usize {
+    let mut policies =
+        rows_of(results).flat_map(|run| POLICIES.iter().filter_map(|learner| run.on_test(*learner)));
+    policies.find_map(PolicyResult::fewest).map_or(1, |row| row.steps)
+}
+
+/// What the columns mean, and where the numbers come from: sentences about one column each.
+fn legend(results: &Results) -> Vec<(&'static str, String)> {
+    let extent = rows_of(results)
+        .flat_map(|run| run.policies.iter().filter(|policy| policy.split == "test"))
         .next()
         .map(|policy| format!("{} held-out scenes × {} noise seeds", policy.episodes, policy.noise_seeds));
-    let made = || runs().filter_map(|run| run.made_with.as_ref());
+    let made = || rows_of(results).filter_map(|run| run.made_with.as_ref());
     let commits = unique(made().filter_map(|made| made.commit.clone()));
     let machines = unique(made().map(|made| {
         format!("{}, {} threads", made.processor.as_deref().unwrap_or(&made.device), made.threads)
     }));
-    format!(
-        "In brackets after each task: the demonstrations that were learned from. D̄_geo adds radians and metres as the paper does; 0 is \
-         perfect, a random rotation scores about 2.2. Behind it stand its 95 % interval over scenes, and its rotation and translation \
-         part. Scored on {}. One call: median / 99th percentile ({}). Success: episodes in the simulator that reach the goal, with \
-         Wilson's 95 % interval, planning again every few actions or carrying out whole plans; shoved: what is worked on is knocked \
-         away once, and the policy plans again. The paper: its Table I, measured in another simulator. Commit {}.",
-        extent.unwrap_or_else(|| "nothing".to_owned()),
-        machines.join("; "),
-        commits.join(", "),
-    )
+    let acting = rows_of(results).flat_map(|run| &run.rollouts);
+    let replanning = acting.map(|rollout| rollout.actions_a_plan).filter(|actions| *actions < PLAN);
+    let replanning = unique(replanning.map(|actions| actions.to_string()));
+    let [one, two, three] = TASKS.map(|known| format!("{} ({})", known.demonstrations, known.task));
+    vec![
+        ("Task", "in brackets the number of demonstrations that were learned from.".to_owned()),
+        (
+            "Policy",
+            "the flows, the baseline ET-SEED, and for comparison, without any learning, the actions of the demonstration whose scene is \
+             most alike."
+                .to_owned(),
+        ),
+        (
+            "D̄_geo",
+            format!(
+                "the mean distance between predicted and demonstrated poses, the root of the squared rotation angle (radians) plus the \
+                 squared distance (metres), as in the paper; 0 is perfect, a random rotation scores about 2.2. In brackets its 95 % \
+                 interval over scenes. Scored on {}, unless the row says otherwise.",
+                extent.unwrap_or_else(|| "nothing".to_owned()),
+            ),
+        ),
+        ("Rad / mm", "the mean rotation angle and the mean distance by themselves.".to_owned()),
+        (
+            "One call",
+            format!("from the point cloud to the trajectory, median / 99th percentile ({}).", machines.join("; ")),
+        ),
+        (
+            "Success",
+            format!(
+                "episodes in the simulator that reach the goal, with Wilson's 95 % interval, in {} unless the cell says otherwise. \
+                 Replanning: the policy plans again after {} actions; whole plans: it carries out all {PLAN}.",
+                steps_title(fewest_steps(results)),
+                if replanning.is_empty() { "fewer".to_owned() } else { replanning.join(" or ") },
+            ),
+        ),
+        (
+            "Shoved",
+            "once in the episode the board or the triangle is pushed aside, or the gripper knocked off the door's handle, and the policy \
+             plans again."
+                .to_owned(),
+        ),
+        (
+            "The paper",
+            format!(
+                "its Table I, which does not say its integration steps, from another simulator and from {one}, {two} and {three} \
+                 demonstrations. The crosses in the picture are the numbers of the paper's text, which names the steps: ReSeFlow in one \
+                 step, ET-SEED in 100.",
+            ),
+        ),
+        ("Commit", format!("{}.", commits.join(", "))),
+    ]
 }
 
 fn unique(texts: impl Iterator<Item = String>) -> Vec<String> {

@@ -33,7 +33,7 @@ pub fn d_geo_against_steps(
     let policy = Series {
         label: "policy (band: ± 1 std over seeds)".to_owned(),
         points: rows.iter().map(|(steps, scores)| (*steps as f64, scores.d_geo_mean)).collect(),
-        half_band: Some(rows.iter().map(|(_, scores)| scores.d_geo_std.unwrap_or(0.0)).collect()),
+        band: Some(rows.iter().map(|(_, scores)| one_std(scores)).collect()),
         names: None,
         look: Look { dash: Dash::Solid, ..Look::policy(0) },
     };
@@ -42,19 +42,25 @@ pub fn d_geo_against_steps(
     let level = |(index, predictor): (usize, &PredictorCurve<'_>)| Series {
         label: predictor.label.to_owned(),
         points: [first, last].map(|steps| (steps, predictor.scores.d_geo_mean)).to_vec(),
-        half_band: None,
+        band: None,
         names: None,
         look: Look::reference(index),
     };
     LinePlot {
         title: title.to_owned(),
         x_label: "integration steps (drift evaluations)".to_owned(),
-        y_label: "mean D_geo (rad and m)".to_owned(),
+        y_label: "mean D_geo (rad + m)".to_owned(),
         x_scale: Scale::Log,
         y_scale: Scale::Linear,
         x_ticks: Some(steps().collect()),
         series: std::iter::once(policy).chain(trivial.iter().enumerate().map(level)).collect(),
     }
+}
+
+/// One standard deviation over noise seeds below the mean and above it.
+fn one_std(scores: &Scores) -> (f64, f64) {
+    let std = scores.d_geo_std.unwrap_or(0.0);
+    (scores.d_geo_mean - std, scores.d_geo_mean + std)
 }
 
 /// D_geo of each action of the trajectory, of policies and of what they are compared with.
@@ -66,14 +72,14 @@ pub fn per_action_error(
     let series = |predictor: &PredictorCurve<'_>, look| Series {
         label: predictor.label.to_owned(),
         points: (1..).map(f64::from).zip(predictor.scores.per_action_mean.iter().copied()).collect(),
-        half_band: None,
+        band: None,
         names: None,
         look,
     };
     LinePlot {
         title: title.to_owned(),
         x_label: "action step".to_owned(),
-        y_label: "mean D_geo (rad and m)".to_owned(),
+        y_label: "mean D_geo (rad + m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Linear,
         x_ticks: None,
@@ -93,7 +99,7 @@ pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePl
         Series {
             label: label.to_owned(),
             points: binned(&points),
-            half_band: None,
+            band: None,
             names: None,
             look: Look::curve(index),
         }
@@ -101,7 +107,7 @@ pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePl
     LinePlot {
         title: title.to_owned(),
         x_label: "update".to_owned(),
-        y_label: "loss; D_geo (rad and m)".to_owned(),
+        y_label: "loss; D_geo (rad + m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Log,
         x_ticks: None,

@@ -27,8 +27,8 @@ pub struct Series {
     pub label: String,
     /// Its points (x, y), in order of x.
     pub points: Vec<(f64, f64)>,
-    /// The half-width of a band around it, one for each point.
-    pub half_band: Option<Vec<f64>>,
+    /// The lower and the upper end of a band around it, one for each point.
+    pub band: Option<Vec<(f64, f64)>>,
     /// What is written beside each point.
     pub names: Option<Vec<String>>,
     /// What tells it from the others.
@@ -80,11 +80,11 @@ impl LinePlot {
         let mut high = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         for series in &self.series {
             for (index, &(x, y)) in series.points.iter().enumerate() {
-                let half = series.half_band.as_ref().and_then(|band| band.get(index)).copied().unwrap_or(0.0);
-                let bottom =
-                    if self.y_scale == Scale::Log { y.min((y - half).max(0.7 * y)) } else { y - half };
+                let band = series.band.as_ref().and_then(|band| band.get(index));
+                let (below, above) = band.copied().unwrap_or((y, y));
+                let bottom = if self.y_scale == Scale::Log { y.min(below.max(0.7 * y)) } else { below };
                 low = (low.0.min(x), low.1.min(bottom));
-                high = (high.0.max(x), high.1.max(y + half));
+                high = (high.0.max(x), high.1.max(above));
             }
         }
         let finite = [low.0, low.1, high.0, high.1].iter().all(|end| end.is_finite());
@@ -112,13 +112,12 @@ impl LinePlot {
     fn paint(&self, picture: &mut Picture, frame: &Frame) {
         frame.draw(picture);
         for series in &self.series {
-            let Some(band) = &series.half_band else { continue };
-            let edge = |sign: f64| {
-                series.points.iter().zip(band).map(move |(&(x, y), half)| frame.place((x, y + sign * half)))
-            };
-            let outline: Vec<_> = edge(1.0).chain(edge(-1.0).rev()).collect();
-            if band.iter().any(|half| *half > 0.0) && series.points.len() > 1 {
-                picture.area(outline, series.look.ink, 0.18);
+            let Some(band) = &series.band else { continue };
+            let ends = || series.points.iter().zip(band);
+            let above = ends().map(|((x, _), (_, above))| frame.place((*x, *above)));
+            let below = ends().map(|((x, _), (below, _))| frame.place((*x, *below)));
+            if band.iter().any(|(below, above)| above > below) && series.points.len() > 1 {
+                picture.area(above.chain(below.rev()), series.look.ink, 0.18);
             }
         }
         for series in &self.series {
@@ -225,20 +224,22 @@ impl Legend {
 
     /// The legend of these names.
     pub fn of(names: impl IntoIterator<Item = (String, Look)>, width: f64) -> Self {
-        let mut entries: Vec<(String, Look, (f64, f64))> = Vec::new();
-        let (mut x, mut line) = (MARGIN, 0);
+        let mut known: Vec<(String, Look)> = Vec::new();
         for (label, look) in names {
-            if entries.iter().any(|(known, ..)| *known == label) {
-                continue;
+            if !known.iter().any(|(other, _)| *other == label) {
+                known.push((label, look));
             }
-            let wide = 36.0 + text_width(&label, LEGEND_SIZE) + 22.0;
-            if x + wide > width && x > MARGIN {
-                (x, line) = (MARGIN, line + 1);
-            }
-            entries.push((label, look, (x, line as f64 * LEGEND_LINE)));
-            x += wide;
         }
-        Self { lines: if entries.is_empty() { 0 } else { line + 1 }, entries }
+        let widths: Vec<f64> =
+            known.iter().map(|(label, _)| 36.0 + text_width(label, LEGEND_SIZE) + 22.0).collect();
+        let lines = |places: &[(f64, usize)]| places.last().map_or(0, |(_, line)| line + 1);
+        let needed = lines(&broken(&widths, width));
+        // As narrow as it goes without another line, so that no line is left nearly empty.
+        let narrower = (1..=100).map(|percent| broken(&widths, 0.01 * f64::from(percent) * width));
+        let places = narrower.into_iter().find(|places| lines(places) == needed).unwrap_or_default();
+        let entries = known.into_iter().zip(places);
+        let entries = entries.map(|((label, look), (x, line))| (label, look, (x, line as f64 * LEGEND_LINE)));
+        Self { entries: entries.collect(), lines: needed }
     }
 
     /// How high it is.
@@ -256,6 +257,20 @@ impl Legend {
     }
 }
 
+/// Where each of things of these widths begins, and in which line, broken into lines at most `width` wide.
+fn broken(widths: &[f64], width: f64) -> Vec<(f64, usize)> {
+    let (mut x, mut line) = (MARGIN, 0);
+    let place = |wide: &f64| {
+        if x + wide > width && x > MARGIN {
+            (x, line) = (MARGIN, line + 1);
+        }
+        let place = (x, line);
+        x += wide;
+        place
+    };
+    widths.iter().map(place).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -270,7 +285,7 @@ mod tests {
             x_ticks: None,
             series: vec![Series {
                 label: "a".to_owned(),
-                half_band: None,
+                band: None,
                 names: None,
                 points,
                 look: Look::curve(0),
@@ -296,6 +311,19 @@ mod tests {
             "its marker is missing"
         );
         assert!(plot(Vec::new()).draw().unwrap_err().to_string().contains("a title"));
+    }
+
+    #[test]
+    fn a_legend_takes_as_few_lines_as_it_can_and_fills_them_alike() {
+        let names =
+            ["one", "two", "three", "four", "five", "six"].map(|name| format!("the policy called {name}"));
+        let wide = |name: &String| 58.0 + text_width(name, LEGEND_SIZE);
+        let five: f64 = names[..5].iter().map(wide).sum();
+        let legend = Legend::of(names.iter().map(|name| (name.clone(), Look::curve(0))), MARGIN + five + 1.0);
+        let lines: Vec<f64> = legend.entries.iter().map(|(.., (_, y))| y / LEGEND_LINE).collect();
+        assert_eq!((lines, legend.lines), (vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], 2), "not five and an orphan");
+        let one = Legend::of(names[..2].iter().map(|name| (name.clone(), Look::curve(0))), 1000.0);
+        assert_eq!((one.lines, one.entries[1].2), (1, (MARGIN + wide(&names[0]), 0.0)));
     }
 
     #[test]

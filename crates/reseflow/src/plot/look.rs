@@ -1,6 +1,7 @@
 //! What tells lines apart: colour, dashes and marker together, so that grey print and colour-blind readers lose nothing.
 
-use super::picture::{Dash, GREY, Ink, Marker, Picture, Stroke};
+use super::marker::Marker;
+use super::picture::{Dash, GREY, Ink, Picture, Stroke};
 use plotters::style::RGBColor;
 
 /// Okabe and Ito's blue, bluish green, vermillion, reddish purple, orange and sky blue, which colour-blind readers tell apart (*Color
@@ -26,10 +27,11 @@ pub struct Look {
 }
 
 impl Look {
-    /// The look of a policy: the first, the second, ….
+    /// The look of a policy: the first, the second, …. The first one's markers are open, so that the second does not hide them where
+    /// both are alike.
     pub fn policy(index: usize) -> Self {
         const MARKERS: [Marker; 5] =
-            [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross];
+            [Marker::Ring, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross];
         const DASHES: [Dash; 3] = [Dash::Dashed, Dash::Solid, Dash::Dotted];
         Self {
             ink: PALETTE[index % PALETTE.len()],

@@ -7,6 +7,7 @@ mod font;
 mod labels;
 mod line_plot;
 mod look;
+mod marker;
 mod picture;
 mod strip;
 
@@ -15,7 +16,8 @@ pub use curves::{PredictorCurve, d_geo_against_steps, per_action_error, training
 pub use film::encode_gif;
 pub use line_plot::{LEGEND_SIZE, Legend, LinePlot, Panels, Series, TITLE_SIZE};
 pub use look::{Look, PALETTE};
-pub use picture::{Dash, GREY, GRID, INK, Ink, Lettering, Marker, PAPER, Picture, Stroke, text_width};
+pub use marker::Marker;
+pub use picture::{Dash, GREY, GRID, INK, Ink, Lettering, PAPER, Picture, Stroke, text_width};
 pub use strip::{Strip, StripRow};
 
 use image::RgbImage;

@@ -40,21 +40,6 @@ pub enum Dash {
     Absent,
 }
 
-/// What stands at a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Marker {
-    /// A disc.
-    Disc,
-    /// A square.
-    Square,
-    /// A triangle.
-    Triangle,
-    /// A square on its corner.
-    Diamond,
-    /// Two crossing strokes.
-    Cross,
-}
-
 /// A line's colour, width and dashes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
@@ -172,31 +157,6 @@ impl Picture {
     /// A text about `at`.
     pub fn text(&mut self, at: (f64, f64), text: impl Into<String>, lettering: Lettering) {
         self.marks.push(Mark::Text { at, text: text.into(), lettering });
-    }
-
-    /// A marker of this radius.
-    pub fn marker(&mut self, (x, y): (f64, f64), marker: Marker, ink: Ink, radius: f64) {
-        let r = radius;
-        match marker {
-            Marker::Disc => self.disc((x, y), r, ink, 1.0),
-            Marker::Square => {
-                let r = 0.88 * r;
-                self.rectangle((x - r, y - r), (2.0 * r, 2.0 * r), ink);
-            }
-            Marker::Triangle => {
-                let (wide, low) = (1.05 * r, 0.7 * r);
-                self.area([(x, y - 1.15 * r), (x + wide, y + low), (x - wide, y + low)], ink, 1.0);
-            }
-            Marker::Diamond => {
-                let r = 1.2 * r;
-                self.area([(x, y - r), (x + r, y), (x, y + r), (x - r, y)], ink, 1.0);
-            }
-            Marker::Cross => {
-                let stroke = Stroke::solid(ink, 0.5 * r);
-                self.line([(x - r, y - r), (x + r, y + r)], stroke);
-                self.line([(x - r, y + r), (x + r, y - r)], stroke);
-            }
-        }
     }
 
     /// The picture as pixels.

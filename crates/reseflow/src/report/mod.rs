@@ -138,6 +138,10 @@ fn blocks(study: &Study, headline: &Results, terminal: &Terminal) -> anyhow::Res
     blocks.push(tables::paired(study));
     blocks.push(tables::samplers(study));
 
+    blocks.push(section("Fewer demonstrations"));
+    blocks.push(figures::over_demonstrations(study)?);
+    blocks.push(tables::by_demonstrations(study));
+
     blocks.push(section("Ablations"));
     blocks.push(tables::ablations(study));
 

@@ -80,6 +80,11 @@ pub(super) fn run_title(run: &Run) -> String {
     format!("{}{count}{variant}", task_title(&run.task))
 }
 
+/// The task's place in the paper's order; the others come last.
+fn place(run: &Run) -> usize {
+    paper::TASKS.iter().position(|known| known.task == run.task).unwrap_or(usize::MAX)
+}
+
 /// `1 step`, `10 steps`.
 pub(super) fn steps_title(steps: usize) -> String {
     format!("{steps} step{}", if steps == 1 { "" } else { "s" })
@@ -88,8 +93,6 @@ pub(super) fn steps_title(steps: usize) -> String {
 impl Study {
     /// Sorted by the paper's order of tasks.
     pub(super) fn new(mut runs: Vec<Run>) -> Self {
-        let place =
-            |run: &Run| paper::TASKS.iter().position(|known| known.task == run.task).unwrap_or(usize::MAX);
         runs.sort_by_key(place);
         Self { runs }
     }
@@ -133,6 +136,17 @@ impl Study {
         let shown = self.unimodal(group).into_iter().find(|run| run.task == task)?;
         let beside = |run: &&Run| run.task == task && run.training_seed == shown.training_seed;
         self.in_group(group).filter(beside).find_map(|run| run.on_test(learner))
+    }
+
+    /// Of each task and number of demonstrations the run of Flow 1 with the lowest training seed, from few demonstrations to many.
+    pub(super) fn by_demonstrations(&self) -> Vec<&Run> {
+        let counts = |run: &&Run| {
+            run.demonstrations.is_some() && !run.has_modes() && run.on_test(Learner::Flow(1)).is_some()
+        };
+        let alike = |a: &Run, b: &Run| a.task == b.task && a.demonstrations == b.demonstrations;
+        let mut runs = first_seeds(self.main_runs().filter(counts), alike);
+        runs.sort_by_key(|run| (place(run), run.demonstrations));
+        runs
     }
 
     /// The runs that stand for the main method: ablations are left out, and all training seeds but the lowest of each experiment.

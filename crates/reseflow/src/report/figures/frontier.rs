@@ -42,7 +42,7 @@ fn line(learner: Learner, rows: &[StepRow]) -> Series {
     Series {
         label: learner_title(learner),
         points: timed.iter().map(|(row, millis)| (*millis, row.scores.d_geo_mean)).collect(),
-        half_band: None,
+        band: None,
         names: Some(timed.iter().map(|(row, _)| row.steps.to_string()).collect()),
         look: look(learner),
     }

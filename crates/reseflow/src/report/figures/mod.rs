@@ -4,6 +4,7 @@ mod bars;
 mod calibration;
 mod clouds;
 mod curves;
+mod demonstrations;
 mod flow_diagram;
 mod frontier;
 mod heat_map;
@@ -31,6 +32,11 @@ pub(super) fn over_tasks(study: &Study) -> anyhow::Result<Vec<Block>> {
 /// D̄_geo over integration steps.
 pub(super) fn over_steps(study: &Study) -> anyhow::Result<Vec<Block>> {
     study.groups().into_iter().map(|group| curves::over_steps(study, group)).collect()
+}
+
+/// D̄_geo over the number of demonstrations.
+pub(super) fn over_demonstrations(study: &Study) -> anyhow::Result<Block> {
+    demonstrations::chart(study)
 }
 
 /// D_geo of each action: curves for each task, and the heat map over all.

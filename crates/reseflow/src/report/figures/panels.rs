@@ -8,7 +8,7 @@ pub(super) fn plot(title: String, x_label: &str, x_scale: Scale, x_ticks: Vec<f6
     LinePlot {
         title,
         x_label: x_label.to_owned(),
-        y_label: "mean D_geo (rad, m)".to_owned(),
+        y_label: "mean D_geo (rad + m)".to_owned(),
         x_scale,
         y_scale: Scale::Log,
         x_ticks: Some(x_ticks),
@@ -26,10 +26,16 @@ pub(super) fn series(
     Series {
         label,
         points: points.iter().map(|(x, y, _)| (*x, *y)).collect(),
-        half_band: Some(points.iter().map(|(.., half)| half.unwrap_or(0.0)).collect()),
+        band: Some(points.iter().map(|(_, y, half)| about(*y, *half)).collect()),
         names: None,
         look,
     }
+}
+
+/// A band that is as wide below as above.
+fn about(y: f64, half: Option<f64>) -> (f64, f64) {
+    let half = half.unwrap_or(0.0);
+    (y - half, y + half)
 }
 
 /// Panels of one size beside each other, or the sentence that says why there are none.

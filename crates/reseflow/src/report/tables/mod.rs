@@ -2,6 +2,7 @@
 
 mod ablations;
 mod acting;
+mod demonstrations;
 mod errors;
 mod flows;
 mod origin;
@@ -10,6 +11,7 @@ mod seeds;
 
 pub(super) use ablations::ablations;
 pub(super) use acting::{closed_loop, latency};
+pub(super) use demonstrations::by_demonstrations;
 pub(super) use errors::{paired, scores};
 pub(super) use flows::{modes, nodes, samplers, straightness, turned};
 pub(super) use origin::{origin, stages};

@@ -28,7 +28,7 @@ pub use dataset::{DATASET_VERSION, Dataset, DatasetFile, DatasetMeta, DatasetSum
 pub use episode::{Disturbance, Episode};
 pub use episode_key::{EpisodeKey, Split};
 pub use error::DataError;
-pub use mcap_log::{McapLog, McapSummary, TopicSummary};
+pub use mcap_log::{McapLog, McapSummary, TopicSummary, TrainingNotes, write_training_log};
 pub use observation::{Observation, ObservationHistory};
 pub use pairs::{FlowPair, PairMeta, PairSet, WindowPairs};
 pub use policy::{Plan, Policy, PolicyError};

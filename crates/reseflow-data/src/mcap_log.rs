@@ -19,6 +19,7 @@
 mod file;
 mod messages;
 mod summary;
+mod training;
 
 use std::path::Path;
 
@@ -29,6 +30,7 @@ use serde::Serialize;
 use crate::{Contact, DataError, EpisodeObserver, Observation, Outcome, Plan, Scene, Tick};
 use file::{LogFile, Topic};
 pub use summary::{McapSummary, TopicSummary};
+pub use training::{TrainingNotes, write_training_log};
 
 /// Between the last tick of an episode and the start of the next one.
 const GAP_NANOS: i64 = 1_000_000_000;

@@ -8,6 +8,7 @@ mod header;
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, Write};
+use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 
 use zip::result::ZipError;
@@ -151,21 +152,22 @@ impl NpzReader {
     }
 }
 
-/// An `.npz` archive under way.
+/// An `.npz` archive under way; one that is given up is left as it is.
 pub(crate) struct NpzWriter<W: Write + Seek> {
-    archive: ZipWriter<W>,
+    // Dropped, it would complete the archive, and complain on standard error where it cannot.
+    archive: ManuallyDrop<ZipWriter<W>>,
 }
 
 impl<W: Write + Seek> NpzWriter<W> {
     pub(crate) fn new(sink: W) -> Self {
-        Self { archive: ZipWriter::new(sink) }
+        Self { archive: ManuallyDrop::new(ZipWriter::new(sink)) }
     }
 
     /// Adds an array.
     pub(crate) fn array<T: Element>(&mut self, name: &str, array: &Array<T>) -> io::Result<()> {
         let bytes = (array.data.len() as u64).saturating_mul(T::SIZE as u64);
         self.start(name, T::DESCR, &array.shape, bytes)?;
-        element::write_all(&mut self.archive, &array.data)
+        element::write_all(&mut *self.archive, &array.data)
     }
 
     /// Adds a text as a 0-d unicode array, which `str(numpy.load(file)[name])` gives back.
@@ -180,7 +182,7 @@ impl<W: Write + Seek> NpzWriter<W> {
 
     /// Writes the archive's directory and hands the sink back.
     pub(crate) fn finish(self) -> io::Result<W> {
-        Ok(self.archive.finish()?)
+        Ok(ManuallyDrop::into_inner(self.archive).finish()?)
     }
 
     fn start(&mut self, name: &str, descr: &str, shape: &[usize], bytes: u64) -> io::Result<()> {

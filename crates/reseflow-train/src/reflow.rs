@@ -7,6 +7,7 @@ use reseflow_flow::{Coupling, ObjectiveConfig, TimeSampling, nearest_image};
 use reseflow_net::DecoderConfig;
 use serde::{Deserialize, Serialize};
 
+use crate::config::check_warmup;
 use crate::half_turn::{close_along_motion, closes_along_motion};
 use crate::{PairConfig, TrainConfig, TrainError};
 
@@ -82,6 +83,7 @@ impl ReflowConfig {
         }
         self.mixture.validate()?;
         self.pairs.validate()?;
+        check_warmup("reflow", self.warmup, self.updates)?;
         self.training(base, 1).validate()
     }
 
@@ -382,6 +384,8 @@ mod tests {
         let robust = ObjectiveConfig { pseudo_huber: Some(0.1), ..ObjectiveConfig::default() };
         let told = ReflowConfig { objective: Some(robust), ..plain };
         assert_eq!(told.training(&base, 1).objective, robust);
+        let slow = ReflowConfig { warmup: 2000, ..told.clone() }.validate(&base).unwrap_err();
+        assert!(slow.to_string().contains("reflow.warmup"), "{slow}");
         let broken = ObjectiveConfig { pseudo_huber: Some(-1.0), ..robust };
         let fault = ReflowConfig { objective: Some(broken), ..told }.validate(&base).unwrap_err();
         assert!(fault.to_string().contains("pseudo_huber"), "{fault}");

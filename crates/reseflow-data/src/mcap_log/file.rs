@@ -22,7 +22,7 @@ pub(super) struct LogFile {
 
 /// A topic of the file.
 pub(super) struct Topic {
-    name: &'static str,
+    name: String,
     channel_id: u16,
     sequence: u32,
     last_nanos: Option<i64>,
@@ -41,7 +41,7 @@ impl LogFile {
     }
 
     /// Adds a topic of messages in one of Foxglove's schemas.
-    pub(super) fn add_topic<M: Encode>(&mut self, name: &'static str) -> Result<Topic, DataError> {
+    pub(super) fn add_topic<M: Encode>(&mut self, name: &str) -> Result<Topic, DataError> {
         let schema =
             M::get_schema().ok_or_else(|| DataError::invalid(&self.path, format!("{name} has no schema")))?;
         self.add(name, &schema.name, &schema.encoding, &schema.data, &M::get_message_encoding())
@@ -50,7 +50,7 @@ impl LogFile {
     /// Adds a topic of JSON objects; `numbers` are those of its keys that a viewer may plot.
     pub(super) fn add_json_topic(
         &mut self,
-        name: &'static str,
+        name: &str,
         schema_name: &str,
         numbers: &[&str],
     ) -> Result<Topic, DataError> {
@@ -62,7 +62,7 @@ impl LogFile {
 
     fn add(
         &mut self,
-        name: &'static str,
+        name: &str,
         schema_name: &str,
         schema_encoding: &str,
         schema: &[u8],
@@ -72,7 +72,7 @@ impl LogFile {
         let channel_id =
             schema_id.and_then(|id| self.writer.add_channel(id, name, message_encoding, &BTreeMap::new()));
         let channel_id = channel_id.map_err(|fault| from_mcap(&self.path, fault))?;
-        Ok(Topic { name, channel_id, sequence: 0, last_nanos: None })
+        Ok(Topic { name: name.to_owned(), channel_id, sequence: 0, last_nanos: None })
     }
 
     /// Appends a message in one of Foxglove's schemas.

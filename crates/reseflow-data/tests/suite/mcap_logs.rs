@@ -6,7 +6,10 @@ use std::path::Path;
 use foxglove::Decode;
 use foxglove::messages as fox;
 use proptest::prelude::*;
-use reseflow_data::{EpisodeObserver, Halt, McapLog, McapSummary, RolloutConfig, Scene, rollout};
+use reseflow_data::{
+    EpisodeObserver, Halt, McapLog, McapSummary, RolloutConfig, Scene, TrainingNotes, rollout,
+    write_training_log,
+};
 
 use crate::point_scene::{Diary, PointScene, TICK_NANOS, WaypointPolicy, spec};
 
@@ -295,5 +298,35 @@ fn the_foxglove_layout_shows_topics_and_keys_that_logs_have() {
         let (topic, key) = path.split_once('.').unwrap_or((&path, ""));
         let last = messages.get(topic).unwrap_or_else(|| panic!("no message on {topic}")).last().unwrap();
         assert!(key.is_empty() || json(last)[key].is_number(), "{path} is no number");
+    }
+}
+
+#[test]
+fn a_trainings_notes_become_topics_on_which_an_update_takes_a_second() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("training.mcap");
+    let lines = "{\"update\":1,\"loss\":2.5}\n{\"update\":2,\"loss\":1.5}\n{\"update\":2,\"d_geo\":0.25}\n";
+    let notes = |name: &str, lines: &str| TrainingNotes { name: name.to_owned(), lines: lines.to_owned() };
+    let both = [notes("train", lines), notes("train-2", "{\"update\":1,\"loss\":0.5}")];
+    write_training_log(&path, &both).unwrap();
+    let messages = read(&path);
+    assert_eq!(
+        messages.keys().collect::<Vec<_>>(),
+        ["/train-2/updates", "/train/updates", "/train/validations"]
+    );
+    assert_eq!(times(&messages["/train/updates"]), [1_000_000_000, 2_000_000_000]);
+    assert_eq!(json(&messages["/train/updates"][1])["loss"], 1.5);
+    assert_eq!(json(&messages["/train/validations"][0])["d_geo"], 0.25);
+    assert_eq!(json(&messages["/train-2/updates"][0])["loss"], 0.5);
+    McapSummary::read(&path).unwrap();
+
+    let before = std::fs::read(&path).unwrap();
+    for (lines, part) in [
+        ("{\"loss\":1}", "line 1 of train"),
+        ("{\"update\":2,\"loss\":1}\n{\"update\":2,\"loss\":1}", "after"),
+    ] {
+        let fault = write_training_log(&path, &[notes("train", lines)]).unwrap_err().to_string();
+        assert!(fault.contains(part), "{fault}");
+        assert!(std::fs::read(&path).unwrap() == before, "the older log was touched");
     }
 }

@@ -86,6 +86,11 @@ impl Layout {
         self.root.join("rollout.mcap")
     }
 
+    /// The curves of the trainings as a log.
+    pub fn training_log(&self) -> PathBuf {
+        self.root.join("training.mcap")
+    }
+
     /// What the run amounts to.
     pub fn summary(&self) -> PathBuf {
         self.root.join("summary.json")

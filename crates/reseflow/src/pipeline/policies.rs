@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use reseflow_data::{Dataset, DatasetFile, PairSet};
+use reseflow_data::{Dataset, DatasetFile, PairSet, TrainingNotes, write_training_log};
 use reseflow_train::{ReflowConfig, Resume};
 use serde_json::{Value, json};
 
@@ -94,6 +94,17 @@ impl Context<'_> {
             policies.push((learner, last.clone()));
         }
         Ok(policies)
+    }
+
+    /// Puts what the trainers noted into one log.
+    pub(super) fn log_trainings(&self, learned: &[Made]) -> anyhow::Result<()> {
+        let notes = |(learner, _): &Made| {
+            let path = self.layout.metrics(*learner);
+            let lines = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+            anyhow::Ok(TrainingNotes { name: learner.name("training"), lines })
+        };
+        let notes = learned.iter().map(notes).collect::<anyhow::Result<Vec<_>>>()?;
+        Ok(write_training_log(self.layout.training_log(), &notes)?)
     }
 
     /// What a training leaves.

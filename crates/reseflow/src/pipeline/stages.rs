@@ -75,7 +75,13 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
 
     let policies = match shipped {
         Some(shipped) => context.adopt(&mut stage, &shipped)?,
-        None => context.learn(&mut stage, &train_data, validation_data.as_deref())?,
+        None => {
+            let learned = context.learn(&mut stage, &train_data, validation_data.as_deref())?;
+            let hashes: Vec<&String> = learned.iter().map(|(_, hash)| hash).collect();
+            let work = &mut || context.log_trainings(&learned);
+            stage("training-log", json!(hashes), &[layout.training_log()], work)?;
+            learned
+        }
     };
     for (learner, policy) in &policies {
         let mut on_test = None;

@@ -280,6 +280,9 @@ impl RunSummary {
         let last = self.flows.len().max(1);
         table.fact("policy", at(&Learner::Flow(last).name("checkpoint")));
         table.fact("log", format!("{} (opens in Foxglove and in Rerun)", at("rollout.mcap")));
+        if self.config.pretrained.is_none() {
+            table.fact("training curves", at("training.mcap"));
+        }
         let training = if self.config.pretrained.is_none() { ", training" } else { "" };
         table.fact("pictures", format!("{} (episodes, d_geo_steps, per_action{training})", at("pictures")));
         table

@@ -5,6 +5,8 @@ mod bad_checkpoints;
 mod bad_input;
 mod camera;
 mod choices;
+#[cfg(unix)]
+mod full_disk;
 mod pipeline;
 mod policies;
 mod recording;

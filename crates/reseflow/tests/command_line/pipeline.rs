@@ -9,7 +9,8 @@ use serde_json::Value;
 
 use crate::support::{Bench, TINY};
 
-const STAGES: [&str; 6] = ["data-train", "data-test", "data-validation", "train", "eval", "rollout"];
+const STAGES: [&str; 7] =
+    ["data-train", "data-test", "data-validation", "train", "training-log", "eval", "rollout"];
 
 /// The stages that a call of `reseflow run` did, in order.
 fn done(bench: &Bench, options: &str) -> Vec<String> {
@@ -58,7 +59,8 @@ fn a_run_leaves_every_result_and_a_second_one_does_only_what_has_changed() {
     assert_eq!(done(&bench, "--set eval.seeds=3"), ["eval"]);
     assert_eq!(bench.read_json("runs/tiny/eval.json")["seeds"], serde_json::json!([3407, 3408, 3409]));
     assert_eq!(done(&bench, "--set eval.seeds=3 --set rollout.n_action_steps=10"), ["rollout"]);
-    assert_eq!(done(&bench, "--set train.updates=31"), ["train", "eval", "rollout"], "the rest hangs on it");
+    let after_training = ["train", "training-log", "eval", "rollout"];
+    assert_eq!(done(&bench, "--set train.updates=31"), after_training, "the rest hangs on it");
     assert_eq!(
         done(&bench, "--set train.updates=31 --set data.test_episodes=3"),
         ["data-test", "eval"],
@@ -129,6 +131,9 @@ fn check_results(bench: &Bench) {
 
     let log = McapSummary::read(bench.path(&at("rollout.mcap"))).unwrap();
     assert!(log.topics.iter().any(|topic| topic.topic == "/observation/points"));
+    let log = McapSummary::read(bench.path(&at("training.mcap"))).unwrap();
+    let topics: Vec<_> = log.topics.iter().map(|topic| (topic.topic.as_str(), topic.messages)).collect();
+    assert_eq!(topics, [("/training/updates", 30), ("/training/validations", 2)]);
     for name in ["training", "d_geo_steps", "per_action", "episodes"] {
         let picture = image::load_from_memory(&bench.bytes(&at(&format!("pictures/{name}.png")))).unwrap();
         let pixels = picture.to_rgb8();

@@ -91,7 +91,7 @@ fn a_run_trains_and_scores_the_references_and_redoes_only_what_changed() {
         (summary, names)
     };
     let (summary, names) = run("");
-    let trained = ["train", "train-baseline", "train-regressor"];
+    let trained = ["train", "train-baseline", "train-regressor", "training-log"];
     let scored = ["eval", "eval-baseline", "eval-regressor", "rollout"];
     assert_eq!(names[3..], [&trained[..], &scored].concat());
     let rows = |name: &str| bench.read_json(&format!("runs/tiny/{name}.json"))["rows"].clone();
@@ -111,7 +111,7 @@ fn a_run_trains_and_scores_the_references_and_redoes_only_what_changed() {
     }
 
     assert!(run("").1.is_empty());
-    assert_eq!(run("--set baseline.updates=21").1, ["train-baseline", "eval-baseline"]);
+    assert_eq!(run("--set baseline.updates=21").1, ["train-baseline", "training-log", "eval-baseline"]);
     let without = run("--set regressor=false").0;
     assert!(without.get("regressor").is_none() && without["baseline"].is_array());
 }

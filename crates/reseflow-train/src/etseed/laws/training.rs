@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::optim::GradientsParams;
 use burn::tensor::{Tensor, TensorData};
 use reseflow_data::{Dataset, Window};
 use reseflow_flow::{Diffusion, EndpointTargets, LeftFactor};
@@ -186,4 +188,42 @@ fn a_value_out_of_range_is_refused_by_its_key() {
     let text = toml::to_string(&good).unwrap();
     assert_eq!(toml::from_str::<EtSeedConfig>(&text).unwrap(), good);
     assert!(toml::from_str::<EtSeedConfig>("last_step = 1").unwrap_err().to_string().contains("last_step"));
+}
+
+/// The names of the parameters without a gradient.
+struct Lacking<'a> {
+    gradients: &'a GradientsParams,
+    path: Vec<String>,
+    found: Vec<String>,
+}
+
+impl ModuleVisitor for Lacking<'_> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        if self.gradients.get::<D>(param.id).is_none() {
+            self.found.push(self.path.join("."));
+        }
+    }
+
+    fn enter_module(&mut self, name: &str, _: &str) {
+        self.path.push(name.to_owned());
+    }
+
+    fn exit_module(&mut self, _: &str, _: &str) {
+        self.path.pop();
+    }
+}
+
+/// The invariant kernel answers with scalars, so what its last layer gathers as vectors goes nowhere.
+#[test]
+fn every_parameter_has_a_gradient_but_for_the_last_vectors_of_the_invariant_kernel() {
+    let (config, device) = (config(), device().autodiff());
+    let net = net(&config, &device);
+    let drawn = examples(&data(3), &EtSeedConfig { last_step_share: 0.4, ..config.clone() }, 12);
+    let gradients = loss(&net, &drawn, &config, &device).unwrap().backward();
+    let gradients = GradientsParams::from_grads(gradients, &net);
+    let mut lacking = Lacking { gradients: &gradients, path: Vec::new(), found: Vec::new() };
+    net.visit(&mut lacking);
+    let expected = ["self_attention", "node_attention"]
+        .map(|attention| format!("invariant.trunk.{attention}.1.vector_value.weight"));
+    assert_eq!(lacking.found, expected);
 }

@@ -6,6 +6,7 @@ use reseflow_data::{Dataset, DatasetMeta, Split, Task};
 use reseflow_sim::{CameraSettings, GenerateRequest, SimError, generate};
 use serde::Serialize;
 
+use crate::config::PlanChoice;
 use crate::error::bad_input;
 use crate::metrics::wilson_interval;
 use crate::rollouts::{Actor, RolloutRequest, Script, Witness, run_episodes};
@@ -100,6 +101,7 @@ pub fn replay(
         episodes,
         observation_horizon: 1,
         n_action_steps: dataset.steps(),
+        plan_choice: PlanChoice::Newest,
         disturb: false,
     };
     let results = run_episodes(

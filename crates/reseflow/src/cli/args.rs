@@ -7,7 +7,7 @@ use reseflow_data::Split;
 
 use super::numbers::{above_zero, positive, share};
 use super::{CameraArgs, ReportArgs, SolverArgs};
-use crate::config::{Override, UNIMODAL_D_GEO};
+use crate::config::{Override, PlanChoice, UNIMODAL_D_GEO};
 
 /// Simulate, train, evaluate and look at SE(3)-equivariant rectified-flow policies.
 #[derive(Debug, Parser)]
@@ -335,6 +335,9 @@ pub struct RolloutArgs {
     /// Actions executed before the policy looks and plans again
     #[arg(long, default_value = "3", value_parser = positive)]
     pub n_action_steps: usize,
+    /// Which of the plans that a learned policy has made in an episode is carried out
+    #[arg(long, value_enum, default_value_t)]
+    pub plan_choice: PlanChoice,
     /// Disturb each episode at the action step where it matters for the task
     #[arg(long)]
     pub disturb: bool,

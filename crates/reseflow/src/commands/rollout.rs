@@ -40,6 +40,7 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
         episodes: args.episodes,
         observation_horizon,
         n_action_steps: args.n_action_steps,
+        plan_choice: args.plan_choice,
         disturb: args.disturb,
     };
     let mut others: Vec<&Path> =

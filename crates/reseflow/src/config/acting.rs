@@ -1,5 +1,6 @@
 //! How a run's policies act in the simulator: the table `[rollout]`.
 
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::SolverChoice;
@@ -17,6 +18,8 @@ pub struct RolloutSection {
     pub solver: SolverChoice,
     /// Actions executed before the policy looks and plans again; open loop it is the whole trajectory.
     pub n_action_steps: usize,
+    /// Which of the plans that a policy has made in an episode is carried out.
+    pub plan_choice: PlanChoice,
     /// In which ways the last flow acts; the first of them is logged and pictured.
     pub variants: Vec<RolloutVariant>,
     /// Whether Flow 1, where there are more, and the references act as well, in the first way only.
@@ -62,6 +65,17 @@ impl RolloutVariant {
     }
 }
 
+/// Which of the plans that a policy has made in an episode is carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanChoice {
+    /// The newest
+    #[default]
+    Newest,
+    /// Of all plans of the episode, the one that is nearest to the others over the next actions; of equals the newest
+    Medoid,
+}
+
 impl Default for RolloutSection {
     fn default() -> Self {
         Self {
@@ -69,6 +83,7 @@ impl Default for RolloutSection {
             steps: 1,
             solver: SolverChoice::default(),
             n_action_steps: 3,
+            plan_choice: PlanChoice::Newest,
             variants: vec![RolloutVariant::Replan],
             beside: false,
             baseline_steps: 10,

@@ -13,7 +13,7 @@ mod strict;
 
 use std::path::Path;
 
-pub use acting::{RolloutSection, RolloutVariant};
+pub use acting::{PlanChoice, RolloutSection, RolloutVariant};
 pub use experiment::{DataConfig, ExperimentConfig, is_folder_name};
 pub use nearest::nearest;
 pub use overrides::Override;

@@ -68,6 +68,7 @@ impl Context<'_> {
             section.episodes,
             self.rollout_solver(series.learner),
             section.n_action_steps,
+            section.plan_choice,
             series.variant,
             series.witnessed.then_some([section.log_episodes, section.picture_episodes]),
             self.config.device
@@ -99,6 +100,7 @@ impl Context<'_> {
                 RolloutVariant::OpenLoop => self.task.spec().action_steps,
                 RolloutVariant::Replan | RolloutVariant::Disturbed => section.n_action_steps,
             },
+            plan_choice: section.plan_choice,
             disturb: series.variant == RolloutVariant::Disturbed,
         };
         let mut witness = Witness::default();

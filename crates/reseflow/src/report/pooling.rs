@@ -146,7 +146,14 @@ impl<'a> Pool<'a> {
         let kind = |acting: &'a Acting| {
             let report = &acting.report;
             let scenes = (report.split.as_str(), report.seed, report.episodes);
-            (acting.learner, report.steps, report.n_action_steps, report.disturbed, scenes)
+            (
+                acting.learner,
+                report.steps,
+                report.n_action_steps,
+                report.plan_choice,
+                report.disturbed,
+                scenes,
+            )
         };
         let mut pooled: Vec<Vec<&'a Acting>> = Vec::new();
         for acting in self.runs.iter().flat_map(|run| &run.acting) {

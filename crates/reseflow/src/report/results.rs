@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::gather::{Eval, Run};
 use super::study::learner_title;
+use crate::config::PlanChoice;
 use crate::evaluation::StepRow;
 use crate::learners::Learner;
 use crate::metrics::Scores;
@@ -117,6 +118,8 @@ pub(super) struct RolloutResult {
     pub(super) steps: Option<usize>,
     /// Actions carried out of each plan of ten.
     pub(super) actions_a_plan: usize,
+    #[serde(default)]
+    pub(super) plan_choice: PlanChoice,
     pub(super) disturbed: bool,
     pub(super) episodes: usize,
     pub(super) successes: usize,
@@ -224,6 +227,7 @@ impl RolloutResult {
             split: report.split.clone(),
             steps: report.steps,
             actions_a_plan: report.n_action_steps,
+            plan_choice: report.plan_choice,
             disturbed: report.disturbed,
             episodes: report.episodes,
             successes: report.successes,

@@ -5,6 +5,7 @@ use super::markdown;
 use super::paper::{TASKS, of_task};
 use super::results::{ErrorResult, PolicyResult, Results, RolloutResult, RunResult, StepResult};
 use super::study::{learner_title, steps_title, task_title};
+use crate::config::PlanChoice;
 use crate::learners::Learner;
 
 /// Actions in a plan.
@@ -138,7 +139,8 @@ fn legend(results: &Results) -> Vec<(&'static str, String)> {
             "Success",
             format!(
                 "episodes in the simulator that reach the goal, with Wilson's 95 % interval, in {} unless the cell says otherwise. \
-                 Replanning: the policy plans again after {} actions; whole plans: it carries out all {PLAN}.",
+                 Replanning: the policy plans again after {} actions; whole plans: it carries out all {PLAN}. Medoid: of the plans that it \
+                 has made so far it carries out the one that is nearest to the others, which passes over a single bad one.",
                 steps_title(fewest_steps(results)),
                 if replanning.is_empty() { "fewer".to_owned() } else { replanning.join(" or ") },
             ),
@@ -207,11 +209,12 @@ fn acting(
         |rollout: &&RolloutResult| rollout.policy == policy && rollout.split == "test" && counts(rollout);
     let Some(rollout) = run.rollouts.iter().find(is_it) else { return dash() };
     let [low, high] = [rollout.success_low, rollout.success_high].map(|share| 100.0 * share);
-    let text = format!("{} of {} ({low:.0}–{high:.0} %)", rollout.successes, rollout.episodes);
-    match rollout.steps {
-        Some(other) if other != steps => format!("{text}, {}", steps_title(other)),
-        _ => text,
+    let mut text = format!("{} of {} ({low:.0}–{high:.0} %)", rollout.successes, rollout.episodes);
+    if let Some(other) = rollout.steps.filter(|other| *other != steps) {
+        text = format!("{text}, {}", steps_title(other));
     }
+    let has_a_choice = rollout.actions_a_plan < PLAN && rollout.plan_choice == PlanChoice::Medoid;
+    if has_a_choice { format!("{text}, medoid") } else { text }
 }
 
 fn dash() -> String {

@@ -7,7 +7,9 @@ use reseflow_data::{
 };
 use reseflow_sim::{Scripted, Still, disturbance_seed};
 
+use super::plan_choice::Chooser;
 use super::{FIRST_SEED, Witness};
+use crate::config::PlanChoice;
 
 /// How often a scene may be drawn anew where a key gives none.
 const MAX_DRAWS: u32 = 20;
@@ -48,6 +50,8 @@ pub struct RolloutRequest {
     pub observation_horizon: usize,
     /// Actions executed before the policy plans again.
     pub n_action_steps: usize,
+    /// Which of the plans that a learned policy has made is carried out.
+    pub plan_choice: PlanChoice,
     /// Whether each episode is disturbed, before the action step that the task names.
     pub disturb: bool,
 }
@@ -88,7 +92,8 @@ pub fn run_episodes(
                 let (key, mut scene) = runner.draw(index)?;
                 let observer: &mut dyn EpisodeObserver =
                     if index < watched { witness } else { &mut IgnoreEvents };
-                runner.run(key, scene.as_mut(), *policy, &runner.config(index), observer)
+                let mut policy = Chooser::new(*policy, request.plan_choice, request.n_action_steps);
+                runner.run(key, scene.as_mut(), &mut policy, &runner.config(index), observer)
             })
             .collect(),
         Actor::Scripted(script) => {

@@ -2,6 +2,7 @@
 
 mod episodes;
 mod pictures;
+mod plan_choice;
 mod report;
 mod turned;
 mod witness;

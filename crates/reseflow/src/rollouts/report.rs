@@ -8,6 +8,7 @@ use reseflow_train::Solver;
 use serde::{Deserialize, Serialize};
 
 use super::{EpisodeResult, RolloutRequest};
+use crate::config::PlanChoice;
 use crate::evaluation::checkpoint_config;
 use crate::metrics::{mean, quantile, wilson_interval};
 use crate::output::Table;
@@ -92,6 +93,9 @@ pub struct RolloutReport {
     pub solver: Option<String>,
     /// Actions executed before the policy planned again.
     pub n_action_steps: usize,
+    /// Which of its plans was carried out.
+    #[serde(default)]
+    pub plan_choice: PlanChoice,
     /// Whether the object was pushed in mid-episode.
     pub disturbed: bool,
     /// The settings of the camera, where they are not the task's own.
@@ -145,6 +149,7 @@ impl RolloutReport {
             steps: solver.and_then(uniform_steps),
             solver: solver.map(|solver| solver.name().to_owned()),
             n_action_steps: request.n_action_steps,
+            plan_choice: request.plan_choice,
             disturbed: request.disturb,
             camera: None,
             outcomes: results.iter().map(EpisodeLine::of).collect(),
@@ -223,6 +228,7 @@ mod tests {
             episodes: 4,
             observation_horizon: 2,
             n_action_steps: 3,
+            plan_choice: PlanChoice::Newest,
             disturb: false,
         };
         let result = |index: u64, success: bool, halt| EpisodeResult {

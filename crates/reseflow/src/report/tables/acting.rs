@@ -3,6 +3,7 @@
 use super::super::document::{Block, Table, percent};
 use super::super::pooling::OverSeeds;
 use super::super::study::{Study, learner_title, task_title};
+use crate::config::PlanChoice;
 use crate::rollouts::{LatencyMillis, RolloutReport};
 
 /// Success in closed loop, with Wilson's intervals.
@@ -31,7 +32,7 @@ pub(in super::super) fn closed_loop(study: &Study) -> Block {
                 task_title(&report.task),
                 learner_title(acting.learner),
                 report.steps.map_or_else(|| "–".to_owned(), |steps| steps.to_string()),
-                report.n_action_steps.to_string(),
+                actions(report),
                 if report.disturbed { "yes" } else { "no" }.to_owned(),
                 report.split.clone(),
                 format!("{} of {}", report.successes, report.episodes),
@@ -53,7 +54,7 @@ pub(in super::super) fn closed_loop(study: &Study) -> Block {
                 task_title(&report.task),
                 learner_title(acting[0].learner),
                 report.steps.map_or_else(|| "–".to_owned(), |steps| steps.to_string()),
-                report.n_action_steps.to_string(),
+                actions(report),
                 if report.disturbed { "yes" } else { "no" }.to_owned(),
                 report.split.clone(),
                 format!("{} of {}", sum(|report| report.successes), sum(|report| report.episodes)),
@@ -63,6 +64,14 @@ pub(in super::super) fn closed_loop(study: &Study) -> Block {
         }
     }
     table.or_absent("closed-loop success: no run holds a rollout's result.")
+}
+
+/// Actions carried out of each plan, and which plan, where that is not the newest.
+fn actions(report: &RolloutReport) -> String {
+    match report.plan_choice {
+        PlanChoice::Newest => report.n_action_steps.to_string(),
+        PlanChoice::Medoid => format!("{}, medoid", report.n_action_steps),
+    }
 }
 
 /// What a plan takes: timed by itself in evaluations, and in rollouts.

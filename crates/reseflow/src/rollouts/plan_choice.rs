@@ -13,7 +13,7 @@ use reseflow_lie::geodesic_distance;
 use crate::config::PlanChoice;
 
 /// A policy that remembers its plans and answers with one of them.
-pub struct Chooser<'a> {
+pub(super) struct Chooser<'a> {
     policy: &'a mut dyn Policy,
     choice: PlanChoice,
     /// Actions that are carried out of each answer.
@@ -24,7 +24,7 @@ pub struct Chooser<'a> {
 
 impl<'a> Chooser<'a> {
     /// A chooser among the plans of `policy`, of which `n_action_steps` actions are carried out each time.
-    pub fn new(policy: &'a mut dyn Policy, choice: PlanChoice, n_action_steps: usize) -> Self {
+    pub(super) fn new(policy: &'a mut dyn Policy, choice: PlanChoice, n_action_steps: usize) -> Self {
         Self { policy, choice, n_action_steps, plans: Vec::new() }
     }
 

@@ -91,7 +91,7 @@ mod tests {
     use reseflow_lie::{SE3, SO3, Vector3};
 
     /// Plans ten actions whose step s lies at s + what is next in its list.
-    struct Offsets(std::vec::IntoIter<f64>);
+    struct Offsets(std::collections::VecDeque<f64>);
 
     impl Policy for Offsets {
         fn name(&self) -> &str {
@@ -101,7 +101,7 @@ mod tests {
         fn reset(&mut self, _: u64) {}
 
         fn plan(&mut self, history: &ObservationHistory) -> Result<Plan, PolicyError> {
-            let off = self.0.next().unwrap();
+            let off = self.0.pop_front().unwrap();
             let action = |ahead: usize| {
                 let x_m = (history.elapsed_steps() + ahead) as f64 + off;
                 Action {
@@ -123,7 +123,7 @@ mod tests {
 
     /// How far off the first action of each answer is, planning again every three steps.
     fn answers(choice: PlanChoice, offsets: &[f64]) -> Vec<f64> {
-        let mut policy = Offsets(offsets.to_vec().into_iter());
+        let mut policy = Offsets(offsets.iter().copied().collect());
         let mut chooser = Chooser::new(&mut policy, choice, 3);
         chooser.reset(1);
         let mut history = ObservationHistory::new(observation(), 1);
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_new_episode_forgets_the_plans_of_the_last() {
-        let mut policy = Offsets(vec![0.0, 0.1, 5.0].into_iter());
+        let mut policy = Offsets([0.0, 0.1, 5.0].into());
         let mut chooser = Chooser::new(&mut policy, PlanChoice::Medoid, 3);
         let mut history = ObservationHistory::new(observation(), 1);
         chooser.reset(1);

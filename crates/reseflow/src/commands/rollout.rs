@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use reseflow_data::Task;
 
 use crate::cli::RolloutArgs;
+use crate::config::PlanChoice;
 use crate::error::bad_input;
 use crate::learning::{LearnedPolicy, find_policy, learned_task};
 use crate::output::{OutputFile, Terminal};
@@ -40,7 +41,7 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
         episodes: args.episodes,
         observation_horizon,
         n_action_steps: args.n_action_steps,
-        plan_choice: args.plan_choice,
+        plan_choice: if checkpoint.is_some() { args.plan_choice } else { PlanChoice::Newest },
         disturb: args.disturb,
     };
     let mut others: Vec<&Path> =

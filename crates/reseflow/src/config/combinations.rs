@@ -21,16 +21,31 @@ impl ExperimentConfig {
         if self.model.regression {
             self.validate_regression()?;
         }
-        // Policies that were trained elsewhere have settings of their own.
-        if self.pretrained.is_none() {
-            self.validate_learning()?;
-            self.validate_plans()?;
+        if self.pretrained.is_none() && self.train.augment.scene_rotation && self.model.is_equivariant() {
+            return Err(
+                "`train.augment.scene_rotation` is true, which teaches an equivariant network nothing, expected \
+                 `model.network.symmetry` = \"none\" beside it"
+                    .to_owned(),
+            );
         }
         Ok(())
     }
 
-    /// Checks that training can do what it is told to.
-    fn validate_learning(&self) -> Result<(), String> {
+    /// Checks what only a whole run asks for: single commands are given their own validation episodes and carry nothing out.
+    ///
+    /// # Errors
+    /// As [`ExperimentConfig::validate`].
+    pub fn validate_run(&self) -> Result<(), String> {
+        // Policies that were trained elsewhere have settings of their own.
+        if self.pretrained.is_some() {
+            return Ok(());
+        }
+        self.validate_watching()?;
+        self.validate_plans()
+    }
+
+    /// Checks that there are validations where training goes by them.
+    fn validate_watching(&self) -> Result<(), String> {
         let watched = [
             ("`train.keep` is best", self.train.keep == Keep::Best),
             ("`train.patience` is not 0", self.train.patience > 0),
@@ -41,13 +56,6 @@ impl ExperimentConfig {
             return Err(format!(
                 "{what}, which takes validations, and `data.validation_episodes` is 0, expected 1 or more"
             ));
-        }
-        if self.train.augment.scene_rotation && self.model.is_equivariant() {
-            return Err(
-                "`train.augment.scene_rotation` is true, which teaches an equivariant network nothing, expected \
-                 `model.network.symmetry` = \"none\" beside it"
-                    .to_owned(),
-            );
         }
         Ok(())
     }
@@ -104,7 +112,8 @@ mod tests {
 
     fn verdict(sets: &[&str]) -> Result<(), String> {
         let sets: Vec<Override> = sets.iter().map(|set| set.parse().unwrap()).collect();
-        parse::<ExperimentConfig>("", "a.toml", &sets).unwrap().validate()
+        let config = parse::<ExperimentConfig>("", "a.toml", &sets).unwrap();
+        config.validate().and_then(|()| config.validate_run())
     }
 
     #[test]

@@ -6,7 +6,7 @@ use reseflow_data::Split;
 use serde_json::{Value, json};
 
 use super::stages::Context;
-use crate::config::{ExperimentConfig, RolloutVariant, SolverChoice};
+use crate::config::{ExperimentConfig, PlanChoice, RolloutVariant, SolverChoice};
 use crate::learners::Learner;
 use crate::learning::LearnedPolicy;
 use crate::output::OutputFile;
@@ -100,7 +100,11 @@ impl Context<'_> {
                 RolloutVariant::OpenLoop => self.task.spec().action_steps,
                 RolloutVariant::Replan | RolloutVariant::Disturbed => section.n_action_steps,
             },
-            plan_choice: section.plan_choice,
+            plan_choice: match series.variant {
+                // There is one plan.
+                RolloutVariant::OpenLoop => PlanChoice::Newest,
+                RolloutVariant::Replan | RolloutVariant::Disturbed => section.plan_choice,
+            },
             disturb: series.variant == RolloutVariant::Disturbed,
         };
         let mut witness = Witness::default();

@@ -28,7 +28,8 @@ impl<'a> Chooser<'a> {
         Self { policy, choice, n_action_steps, plans: Vec::new() }
     }
 
-    /// What each plan says for `step` and the steps after it, the newest plan first; plans that end before the next choice are left out.
+    /// What each plan says for `step` and the steps after it, the newest plan first; plans that do not reach as far
+    /// as the others are left out.
     fn rest(&self, step: usize) -> Vec<&[Action]> {
         let rest = |(made, plan): &'_ (usize, ActionChunk)| -> Option<std::ops::Range<usize>> {
             let begin = step - made;

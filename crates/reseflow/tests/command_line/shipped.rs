@@ -67,8 +67,9 @@ fn what_ships_scores_about_what_its_card_says_and_acts() {
                 "eval --checkpoint {task}/{policy} --data {task}.npz --steps {steps} --seeds 2 --out e.json --json"
             ));
             let [here, there] = [&eval["rows"][0], row].map(|row| row["d_geo_mean"].as_f64().unwrap());
-            // Six other scenes.
-            assert!(here < 2.0 * there, "{task}/{policy}: {here}, its card says {there}");
+            // Six other scenes, one of which the baseline may take by the other half-turn.
+            let half_turned = if policy == "etseed" { std::f64::consts::PI / 6.0 } else { 0.0 };
+            assert!(here < 2.0 * there + half_turned, "{task}/{policy}: {here}, its card says {there}");
         }
         let acts = bench.json(&format!(
             "rollout --policy {task}/flow2 --task {task} --episodes 3 --seed 90 --split validation --steps 1 \

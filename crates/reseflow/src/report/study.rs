@@ -166,15 +166,17 @@ impl Study {
     }
 }
 
-/// Of each experiment, which are the runs that are `alike`, the first one with the lowest training seed.
+/// Of each experiment, which are the runs that are `alike`, the first one with the lowest training seed; one without scores, which may
+/// still be at work, only where none has any.
 pub(super) fn first_seeds<'a>(
     runs: impl Iterator<Item = &'a Run>,
     alike: impl Fn(&Run, &Run) -> bool,
 ) -> Vec<&'a Run> {
+    let rank = |run: &Run| (run.evals.is_empty(), run.training_seed);
     let mut chosen: Vec<&Run> = Vec::new();
     for run in runs {
         match chosen.iter_mut().find(|other| alike(other, run)) {
-            Some(other) if run.training_seed < other.training_seed => *other = run,
+            Some(other) if rank(run) < rank(other) => *other = run,
             Some(_) => {}
             None => chosen.push(run),
         }
@@ -230,6 +232,14 @@ mod tests {
         let [twist, ..] = doors();
         let alone = Study::new(vec![twist]);
         assert_eq!((shown(&alone, FLOW), alone.groups(), alone.headline().count()), (None, Vec::new(), 0));
+    }
+
+    #[test]
+    fn a_run_without_scores_hides_none_that_has_some() {
+        let [_, second, _] = doors();
+        let study = Study::new(vec![run("door-200", "door", 200, 1), second]);
+        assert_eq!(shown(&study, FLOW), Some(0.2));
+        assert_eq!(study.headline().map(|run| run.name.as_str()).collect::<Vec<_>>(), ["door-200-seed2"]);
     }
 
     #[test]

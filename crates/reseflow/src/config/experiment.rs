@@ -237,7 +237,7 @@ mod tests {
                     continue;
                 }
                 let config: ExperimentConfig = load(&path, &[]).unwrap();
-                config.validate().unwrap();
+                config.validate().and_then(|()| config.validate_run()).unwrap();
                 assert!(reseflow_sim::tasks().contains(&config.task.as_str()), "{}", path.display());
                 if path.parent().is_some_and(|folder| folder.ends_with("paper")) {
                     has_the_papers_protocol(&config);
@@ -265,7 +265,8 @@ mod tests {
             overrides.extend(sets(&experiment["set"]));
             let path = root.join(experiment["config"].as_str().unwrap());
             let config: ExperimentConfig = load(&path, &overrides).unwrap();
-            config.validate().unwrap_or_else(|fault| panic!("{name}: {fault}"));
+            let verdict = config.validate().and_then(|()| config.validate_run());
+            verdict.unwrap_or_else(|fault| panic!("{name}: {fault}"));
             assert_eq!(config.name, name);
             assert_eq!(Some(config.task.as_str()), name.split('-').next(), "the name begins with the task");
             trained.extend(config.pretrained.is_none().then_some(config));

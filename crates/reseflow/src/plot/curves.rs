@@ -49,7 +49,7 @@ pub fn d_geo_against_steps(
     LinePlot {
         title: title.to_owned(),
         x_label: "integration steps (drift evaluations)".to_owned(),
-        y_label: "mean D_geo (rad + m)".to_owned(),
+        y_label: "mean D_geo (rad, m)".to_owned(),
         x_scale: Scale::Log,
         y_scale: Scale::Linear,
         x_ticks: Some(steps().collect()),
@@ -79,7 +79,7 @@ pub fn per_action_error(
     LinePlot {
         title: title.to_owned(),
         x_label: "action step".to_owned(),
-        y_label: "mean D_geo (rad + m)".to_owned(),
+        y_label: "mean D_geo (rad, m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Linear,
         x_ticks: None,
@@ -107,7 +107,7 @@ pub fn training_curve(title: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> LinePl
     LinePlot {
         title: title.to_owned(),
         x_label: "update".to_owned(),
-        y_label: "loss; D_geo (rad + m)".to_owned(),
+        y_label: "loss; D_geo (rad, m)".to_owned(),
         x_scale: Scale::Linear,
         y_scale: Scale::Log,
         x_ticks: None,

@@ -70,7 +70,7 @@ fn draw(title: &str, tasks: &[(String, Vec<Bar<'_>>)]) -> Picture {
         picture.text((54.0, 46.0), "the paper's Table I", key);
     }
     let x = Axis::new("", Scale::Linear, 0.0, width).with_ticks(Vec::new());
-    let y = Axis::new("mean D_geo (rad + m)", Scale::Log, low, high);
+    let y = Axis::new("mean D_geo (rad, m)", Scale::Log, low, high);
     let frame = Frame { corner: (LEFT, TOP), size: (width, HEIGHT), x, y };
     frame.draw(&mut picture);
     let mut left = 0.5 * GAP;

@@ -21,10 +21,10 @@ pub(super) fn chart(study: &Study, group: Group) -> anyhow::Result<Block> {
             .collect();
         lines.extend(diagonal(&lines));
         LinePlot {
-            y_label: "true mean D_geo (rad + m)".to_owned(),
+            y_label: "true mean D_geo (rad, m)".to_owned(),
             x_ticks: None,
             series: lines,
-            ..plot(task_title(task), "spread of the nodes (rad + m)", Scale::Log, Vec::new())
+            ..plot(task_title(task), "spread of the nodes (rad, m)", Scale::Log, Vec::new())
         }
     };
     let panels = study.unimodal(group).iter().map(|run| panel(&run.task)).collect();

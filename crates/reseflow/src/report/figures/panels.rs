@@ -8,7 +8,7 @@ pub(super) fn plot(title: String, x_label: &str, x_scale: Scale, x_ticks: Vec<f6
     LinePlot {
         title,
         x_label: x_label.to_owned(),
-        y_label: "mean D_geo (rad + m)".to_owned(),
+        y_label: "mean D_geo (rad, m)".to_owned(),
         x_scale,
         y_scale: Scale::Log,
         x_ticks: Some(x_ticks),

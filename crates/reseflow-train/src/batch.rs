@@ -48,7 +48,9 @@ impl Scene {
         let mut observed: Vec<Observation> = window.frames(&data.episodes, decoder.frames).cloned().collect();
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
         let (latest, next) = (&observed[observed.len() - 1], wanted[0].action);
-        let augmentation = Augmentation::draw(window.step, latest, next, &train.augment, rng);
+        let episode = &data.episodes[window.episode];
+        let route = &episode.actions[episode.first_step()..];
+        let augmentation = Augmentation::draw(window.step, latest, next, route, &train.augment, rng);
         observed.iter_mut().for_each(|seen| augmentation.observation(seen));
         observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.augment.drop_points, rng));
         let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);

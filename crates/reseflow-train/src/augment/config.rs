@@ -32,6 +32,9 @@ pub struct AugmentConfig {
     /// Standard deviation of the angle, radian, by which each of two swirls turns the surroundings of one of the scene's points, in the same
     /// plane: they make hooks and waves of straight lines. For tasks that follow a drawn curve with the gripper closing along it.
     pub swirl_std_rad: f64,
+    /// Share of windows whose drawn line runs along another curve of the same length, any smooth one that keeps clear of itself, and is
+    /// not bent. For tasks that follow a drawn curve, where clouds show little else than it.
+    pub redraw_share: f64,
     /// Share of windows that are seen in a mirror: the plane in which the gripper is its own mirror image.
     pub mirror_share: f64,
     /// Share of windows in which gripper and actions are turned by π about the approach axis: the gripper's other symmetry.
@@ -61,10 +64,16 @@ impl AugmentConfig {
         gripper_yaw_rad: 0.0,
         bend_std: 0.0,
         swirl_std_rad: 0.0,
+        redraw_share: 0.0,
         mirror_share: 0.0,
         half_turn_share: 0.0,
         scene_rotation: false,
     };
+
+    /// Whether anything warps the plane across the approach axis.
+    pub(super) fn warps(&self) -> bool {
+        self.bend_std > 0.0 || self.swirl_std_rad > 0.0 || self.redraw_share > 0.0
+    }
 
     /// Checks every value.
     ///
@@ -81,6 +90,7 @@ impl AugmentConfig {
             ("gripper_yaw_rad", self.gripper_yaw_rad, PI),
             ("bend_std", self.bend_std, 0.5),
             ("swirl_std_rad", self.swirl_std_rad, PI),
+            ("redraw_share", self.redraw_share, 1.0),
             ("mirror_share", self.mirror_share, 1.0),
             ("half_turn_share", self.half_turn_share, 1.0),
         ] {

@@ -1,20 +1,21 @@
-//! Augmentations of a training window, drawn anew each time: the whole scene in another size or seen in a mirror, the gripper
-//! elsewhere, colours turned, points left out, points moved, and the whole scene turned.
+//! Augmentations of a training window, drawn anew each time: the whole scene in another size or seen in a mirror, drawn lines along
+//! other ways, the gripper elsewhere, colours turned, points left out, points moved, and the whole scene turned.
 
 mod bend;
 mod config;
 mod gripper;
 mod mirror;
 mod points;
+mod redraw;
 mod scaling;
 mod turn;
+mod warp;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{Action, ActionChunk, Observation, gripper_half_turn};
 use reseflow_lie::SE3;
 
-use bend::Bend;
 pub use config::AugmentConfig;
 use gripper::gripper_move;
 use mirror::Mirror;
@@ -22,6 +23,7 @@ use points::HueTurn;
 pub(crate) use points::{drop_points, jitter};
 use scaling::Scaling;
 use turn::Turn;
+use warp::{Recorded, Warp};
 
 /// What is done to a window as a whole: to all its frames, its noise and its actions alike.
 ///
@@ -31,9 +33,9 @@ use turn::Turn;
 pub(crate) struct Augmentation {
     scaling: Option<Scaling>,
     mirror: Option<Mirror>,
-    bend: Option<Bend>,
-    /// What takes gripper and noise to where the bend takes the first action.
-    bend_move: Option<SE3>,
+    warp: Option<Warp>,
+    /// What takes gripper and noise along with the warp.
+    warp_move: Option<SE3>,
     /// What the gripper's own move adds on the right of its pose.
     gripper_move: Option<SE3>,
     /// The same as a change of the world, for the noise.
@@ -45,12 +47,13 @@ pub(crate) struct Augmentation {
 }
 
 impl Augmentation {
-    /// Draws the changes of a window that starts at `step`, whose latest observation is `latest` and whose next action is `next`;
-    /// what is switched off draws nothing.
+    /// Draws the changes of a window that starts at `step`, whose latest observation is `latest`, whose next action is `next`, and whose
+    /// episode's actions that suit what is seen are `route`; what is switched off draws nothing.
     pub(crate) fn draw(
         step: usize,
         latest: &Observation,
         next: &Action,
+        route: &[Action],
         config: &AugmentConfig,
         rng: &mut ChaCha8Rng,
     ) -> Self {
@@ -62,25 +65,29 @@ impl Augmentation {
         let mut drawn = Self {
             scaling,
             mirror,
-            bend: None,
-            bend_move: None,
+            warp: None,
+            warp_move: None,
             gripper_move: None,
             noise_move: None,
             is_half_turned,
             hue,
             turn: None,
         };
-        let (mut gripper, mut next) = (latest.world_from_gripper, next.world_from_gripper);
-        drawn.reshape(&mut gripper);
-        drawn.reshape(&mut next);
-        if config.bend_std > 0.0 || config.swirl_std_rad > 0.0 {
+        let reshaped = |pose: &SE3| {
+            let mut pose = *pose;
+            drawn.reshape(&mut pose);
+            pose
+        };
+        let (mut gripper, mut next) =
+            (reshaped(&latest.world_from_gripper), reshaped(&next.world_from_gripper));
+        if config.warps() {
             let mut cloud = latest.cloud.clone();
             drawn.points(&mut cloud.points);
-            drawn.bend = Bend::draw(&cloud, &next, config, rng);
-            if let Some(bend) = drawn.bend {
-                let bent = bend.pose(&next);
-                let bend_move = bent * next.inverse();
-                (drawn.bend_move, gripper, next) = (Some(bend_move), bend_move * gripper, bent);
+            let route = route.iter().map(|action| reshaped(&action.world_from_gripper)).collect();
+            let recorded = Recorded { cloud: &cloud, gripper, next, route, is_under_way: !moves };
+            if let Some((warp, follow)) = Warp::draw(&recorded, config, rng) {
+                (gripper, next) = (follow * gripper, warp.pose(&next));
+                (drawn.warp, drawn.warp_move) = (Some(warp), Some(follow));
             }
         }
         drawn.gripper_move = moves.then(|| gripper_move(&gripper, &next, config, rng)).flatten();
@@ -92,7 +99,7 @@ impl Augmentation {
     /// Cloud and gripper as changed.
     pub(crate) fn observation(&self, observation: &mut Observation) {
         self.points(&mut observation.cloud.points);
-        self.bend.iter().for_each(|bend| bend.points(&mut observation.cloud.points));
+        self.warp.iter().for_each(|warp| warp.points(&mut observation.cloud.points));
         self.hue.iter().for_each(|hue| hue.colors(&mut observation.cloud.colors));
         let gripper = &mut observation.world_from_gripper;
         self.reshape(gripper);
@@ -133,7 +140,7 @@ impl Augmentation {
     /// The actions as changed.
     pub(crate) fn actions(&self, chunk: &mut ActionChunk) {
         chunk.0.iter_mut().for_each(|action| self.reshape(&mut action.world_from_gripper));
-        self.bend.iter().for_each(|bend| bend.actions(chunk));
+        self.warp.iter().for_each(|warp| warp.actions(chunk));
         for action in &mut chunk.0 {
             self.half_turn(&mut action.world_from_gripper);
             self.turn.iter().for_each(|turn| turn.pose(&mut action.world_from_gripper));
@@ -151,8 +158,8 @@ impl Augmentation {
     }
 
     fn follow(&self, pose: &mut SE3) {
-        if let Some(bend_move) = self.bend_move {
-            *pose = bend_move * *pose;
+        if let Some(warp_move) = self.warp_move {
+            *pose = warp_move * *pose;
         }
     }
 
@@ -224,7 +231,7 @@ mod tests {
         let before = seen();
         let (mut after, mut actions, mut noise) =
             (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
-        let drawn = Augmentation::draw(0, &before, &next(), &AugmentConfig::NONE, &mut one);
+        let drawn = Augmentation::draw(0, &before, &next(), &[], &AugmentConfig::NONE, &mut one);
         drawn.observation(&mut after);
         drawn.actions(&mut actions);
         drawn.noise(&mut noise, true);
@@ -242,7 +249,7 @@ mod tests {
         let next = Action { world_from_gripper: seen().world_from_gripper, opening: 1.0 };
         for seed in 0..300 {
             let before = seen();
-            let drawn = Augmentation::draw(0, &before, &next, &config, &mut rng(seed));
+            let drawn = Augmentation::draw(0, &before, &next, &[], &config, &mut rng(seed));
             let (mut after, mut actions, mut noise) =
                 (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
             drawn.observation(&mut after);
@@ -275,7 +282,7 @@ mod tests {
         for (step, action, moves) in
             [(0, closing, true), (1, next(), true), (1, closing, false), (7, closing, false)]
         {
-            let drawn = Augmentation::draw(step, &seen(), &action, &config, &mut rng(4));
+            let drawn = Augmentation::draw(step, &seen(), &action, &[], &config, &mut rng(4));
             assert_eq!(drawn.gripper_move.is_some(), moves, "step {step}, opening {}", action.opening);
         }
     }
@@ -284,7 +291,7 @@ mod tests {
     fn a_mirrored_scene_leaves_the_gripper_and_keeps_distances_between_cloud_and_actions() {
         let config = AugmentConfig { mirror_share: 1.0, ..AugmentConfig::NONE };
         let before = seen();
-        let drawn = Augmentation::draw(0, &before, &next(), &config, &mut rng(1));
+        let drawn = Augmentation::draw(0, &before, &next(), &[], &config, &mut rng(1));
         let (mut after, mut actions) = (before.clone(), chunk(pose(2.0, [0.3; 3])));
         drawn.observation(&mut after);
         drawn.actions(&mut actions);
@@ -301,7 +308,7 @@ mod tests {
     fn a_half_turn_swaps_the_fingers_of_gripper_noise_and_actions() {
         let config = AugmentConfig { half_turn_share: 1.0, ..AugmentConfig::NONE };
         let before = seen();
-        let drawn = Augmentation::draw(0, &before, &next(), &config, &mut rng(1));
+        let drawn = Augmentation::draw(0, &before, &next(), &[], &config, &mut rng(1));
         let (mut after, mut actions, mut noise) =
             (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
         drawn.observation(&mut after);
@@ -332,7 +339,7 @@ mod tests {
             ..AugmentConfig::NONE
         };
         let seen_by_the_gripper = |config: &AugmentConfig| {
-            let drawn = Augmentation::draw(0, &seen(), &next(), config, &mut rng(6));
+            let drawn = Augmentation::draw(0, &seen(), &next(), &[], config, &mut rng(6));
             let (mut after, mut actions, mut noise) =
                 (seen(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
             drawn.observation(&mut after);
@@ -367,7 +374,7 @@ mod tests {
         for seed in 0..20 {
             for (step, action, moves) in [(3, held, false), (0, next(), true)] {
                 let before = seen();
-                let drawn = Augmentation::draw(step, &before, &action, &config, &mut rng(seed));
+                let drawn = Augmentation::draw(step, &before, &action, &[], &config, &mut rng(seed));
                 let mut after = before.clone();
                 drawn.observation(&mut after);
                 let earlier = drawn.earlier(before.world_from_gripper);
@@ -382,7 +389,7 @@ mod tests {
         let config = AugmentConfig { mirror_share: 0.3, half_turn_share: 0.6, ..AugmentConfig::NONE };
         let mut rng = rng(5);
         let drawn: Vec<_> =
-            (0..1000).map(|_| Augmentation::draw(0, &seen(), &next(), &config, &mut rng)).collect();
+            (0..1000).map(|_| Augmentation::draw(0, &seen(), &next(), &[], &config, &mut rng)).collect();
         let mirrored = drawn.iter().filter(|drawn| drawn.mirror.is_some()).count();
         let turned = drawn.iter().filter(|drawn| drawn.is_half_turned).count();
         // Four standard deviations are 62.

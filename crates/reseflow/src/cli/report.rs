@@ -11,7 +11,7 @@ use clap::Args;
   reseflow report runs/door runs/painting runs/triangle runs/coin_toss --out report
 
 Writes report.html, which opens without a network, report.md with the same tables, figures/*.svg and *.png, results.json (the figures
-for machines) and results.md (README's table). What a run does not hold is left out, with a sentence that says so.")]
+for machines) and results.md (the tables in short). What a run does not hold is left out, with a sentence that says so.")]
 pub struct ReportArgs {
     /// The folders of runs, the more important ones first
     #[arg(value_name = "RUN_FOLDER", required = true)]

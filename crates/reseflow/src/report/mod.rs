@@ -6,6 +6,7 @@ mod figures;
 mod gather;
 mod html;
 mod markdown;
+mod page;
 mod paper;
 mod pooling;
 #[cfg(test)]
@@ -42,7 +43,7 @@ pub struct ReportSummary {
     pub markdown: PathBuf,
     /// The figures for machines, as JSON.
     pub results: PathBuf,
-    /// README.md's table.
+    /// README.md's table, and the errors by steps and splits, as Markdown.
     pub summary: PathBuf,
     /// The figures' files, SVG and PNG.
     pub figures: Vec<PathBuf>,
@@ -93,7 +94,7 @@ pub fn write_report(folders: &[PathBuf], out: &Path, terminal: &Terminal) -> any
     OutputFile::claim(&markdown)?.write(text.as_bytes())?;
     let (results_file, summary) = (folder.join("results.json"), folder.join("results.md"));
     OutputFile::claim(&results_file)?.write_json(&results)?;
-    OutputFile::claim(&summary)?.write(summary::markdown(&headline).as_bytes())?;
+    OutputFile::claim(&summary)?.write(page::markdown(&headline, &results).as_bytes())?;
     let mut files = Vec::new();
     for (name, bytes) in drawn {
         let path = figures.join(name);

@@ -1,36 +1,63 @@
-//! README.md against the committed results: its table and its picture are made from `docs/results/benchmark.json`, and no other figure
-//! stands in it.
+//! README.md and docs/results/reproduce.md against the committed results: their tables and pictures are made from the JSON in
+//! `docs/results/`, and no other figure stands in their prose.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::figures::overview;
+use super::page;
 use super::results::Results;
 use super::summary;
 
-/// Where the table stands in README.md.
+/// Where the tables stand.
 const MARKERS: [&str; 2] = ["<!-- results -->\n", "<!-- /results -->\n"];
-/// Names the file that becomes the committed one, a path from the workspace's root.
-const UPDATE: &str = "RESEFLOW_RESULTS";
 /// Pixels that another machine's arithmetic may draw otherwise.
 const ROUNDED_PIXELS: usize = 20;
+
+/// A Markdown file that shows committed results.
+struct Page {
+    /// The file, the results and the picture, from the workspace's root.
+    text: &'static str,
+    results: &'static str,
+    picture: &'static str,
+    /// The environment variable that names the report's `results.json` that becomes the committed one.
+    update: &'static str,
+    tables: fn(&Results) -> String,
+}
+
+const PAGES: [Page; 2] = [
+    Page {
+        text: "README.md",
+        results: "docs/results/benchmark.json",
+        picture: "docs/results/overview.png",
+        update: "RESEFLOW_RESULTS",
+        tables: summary::markdown,
+    },
+    Page {
+        text: "docs/results/reproduce.md",
+        results: "docs/results/reproduce.json",
+        picture: "docs/results/reproduce.png",
+        update: "RESEFLOW_REPRODUCED",
+        tables: |results| page::markdown(results, results),
+    },
+];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The text before the table, the table, and the text after it.
-fn split(readme: &str) -> Option<[&str; 3]> {
-    let (before, rest) = readme.split_once(MARKERS[0])?;
-    let (table, after) = rest.split_once(MARKERS[1])?;
-    Some([before, table, after])
+/// The text before the tables, the tables, and the text after them.
+fn split(text: &str) -> Option<[&str; 3]> {
+    let (before, rest) = text.split_once(MARKERS[0])?;
+    let (tables, after) = rest.split_once(MARKERS[1])?;
+    Some([before, tables, after])
 }
 
-/// README.md with the table of `results`.
-fn updated(readme: &str, results: &Results) -> Option<String> {
-    let [before, _, after] = split(readme)?;
+/// The text with other tables.
+fn updated(text: &str, tables: &str) -> Option<String> {
+    let [before, _, after] = split(text)?;
     let [opening, closing] = MARKERS;
-    Some(format!("{before}{opening}\n{}\n{closing}{after}", summary::markdown(results)))
+    Some(format!("{before}{opening}\n{tables}\n{closing}{after}"))
 }
 
 /// The measured figures in the prose of a Markdown text: what has a decimal point, a unit of ours, or counts successes.
@@ -64,46 +91,47 @@ fn measured(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn readme_shows_what_the_committed_results_say() {
-    let (committed, picture_path, readme_path) = (
-        root().join("docs/results/benchmark.json"),
-        root().join("docs/results/overview.png"),
-        root().join("README.md"),
-    );
-    let source = std::env::var(UPDATE).map_or_else(|_| committed.clone(), |path| root().join(path));
-    let text = fs::read_to_string(&source).unwrap();
-    let results: Results = serde_json::from_str(&text).unwrap();
-    let picture = overview::picture(&results).unwrap().unwrap();
-    let readme = fs::read_to_string(&readme_path).unwrap();
-    let expected = updated(&readme, &results).expect("README.md has lost its markers");
-    if std::env::var(UPDATE).is_ok() {
-        fs::write(&committed, &text).unwrap();
-        fs::write(&picture_path, picture.png().unwrap()).unwrap();
-        fs::write(&readme_path, &expected).unwrap();
-        return;
+fn readme_and_pages_show_what_the_committed_results_say() {
+    for Page { text: name, results, picture: picture_name, update, tables } in PAGES {
+        let (committed, path) = (root().join(results), root().join(name));
+        let source = std::env::var(update).map_or_else(|_| committed.clone(), |path| root().join(path));
+        let json = fs::read_to_string(&source).unwrap();
+        let parsed: Results = serde_json::from_str(&json).unwrap();
+        let picture = overview::picture(&parsed).unwrap().unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        let expected =
+            updated(&text, &tables(&parsed)).unwrap_or_else(|| panic!("{name} has lost its markers"));
+        if std::env::var(update).is_ok() {
+            fs::write(&committed, &json).unwrap();
+            fs::write(root().join(picture_name), picture.png().unwrap()).unwrap();
+            fs::write(&path, &expected).unwrap();
+            continue;
+        }
+        let how = format!(
+            "is not what {results} says: `{update}={results} cargo test -p reseflow --lib readme` makes it again, and the path of a \
+             report's results.json there takes new results"
+        );
+        let [shown, wanted] = [&text, &expected].map(|text| split(text).unwrap()[1]);
+        assert!(shown == wanted, "{name}'s table {how}\nexpected:\n{wanted}\nfound:\n{shown}");
+        let drawn = picture.image().unwrap();
+        let stored = image::open(root().join(picture_name)).unwrap().to_rgb8();
+        assert_eq!(stored.dimensions(), drawn.dimensions(), "{picture_name} {how}");
+        let other = stored.pixels().zip(drawn.pixels()).filter(|(stored, drawn)| stored != drawn).count();
+        assert!(other <= ROUNDED_PIXELS, "{picture_name} {how}; {other} pixels differ");
     }
-    let how = format!(
-        "is not what docs/results/benchmark.json says: `{UPDATE}=docs/results/benchmark.json cargo test -p reseflow --lib readme` makes it \
-         again, and the path of a report's results.json there takes new results"
-    );
-    let [shown, wanted] = [&readme, &expected].map(|text| split(text).unwrap()[1]);
-    assert!(shown == wanted, "README.md's table {how}\nexpected:\n{wanted}\nfound:\n{shown}");
-    let drawn = picture.image().unwrap();
-    let stored = image::open(&picture_path).unwrap().to_rgb8();
-    assert_eq!(stored.dimensions(), drawn.dimensions(), "docs/results/overview.png {how}");
-    let other = stored.pixels().zip(drawn.pixels()).filter(|(stored, drawn)| stored != drawn).count();
-    assert!(other <= ROUNDED_PIXELS, "docs/results/overview.png {how}; {other} pixels differ");
 }
 
 #[test]
-fn readme_states_no_figure_beside_its_table() {
-    let readme = fs::read_to_string(root().join("README.md")).unwrap();
-    let [before, _, after] = split(&readme).expect("README.md has lost its markers");
-    let found = measured(&format!("{before}{after}"));
-    assert!(
-        found.is_empty(),
-        "figures that no results file holds: {found:?}; they belong into the table or into CHANGELOG.md"
-    );
+fn readme_and_pages_state_no_figure_beside_their_tables() {
+    for Page { text: name, .. } in PAGES {
+        let text = fs::read_to_string(root().join(name)).unwrap();
+        let [before, _, after] = split(&text).unwrap_or_else(|| panic!("{name} has lost its markers"));
+        let found = measured(&format!("{before}{after}"));
+        assert!(
+            found.is_empty(),
+            "{name}: figures that no results file holds: {found:?}; they belong into the table or into CHANGELOG.md"
+        );
+    }
 }
 
 #[test]
@@ -114,15 +142,14 @@ fn figures_in_prose_are_found_and_those_in_code_are_not() {
 }
 
 #[test]
-fn a_new_table_replaces_the_old_one_and_nothing_else() {
-    let results = Results { runs: Vec::new() };
-    let readme = "# a\n\n<!-- results -->\nold\n<!-- /results -->\n\nb\n";
-    let new = updated(readme, &results).unwrap();
-    assert_eq!(split(&new).unwrap()[1], format!("\n{}\n", summary::markdown(&results)));
+fn new_tables_replace_the_old_ones_and_nothing_else() {
+    let text = "# a\n\n<!-- results -->\nold\n<!-- /results -->\n\nb\n";
+    let new = updated(text, "new\n").unwrap();
+    assert_eq!(split(&new).unwrap()[1], "\nnew\n\n");
     assert!(
         new.starts_with("# a\n\n<!-- results -->\n") && new.ends_with("<!-- /results -->\n\nb\n"),
         "{new}"
     );
-    assert_eq!(updated(&new, &results).unwrap(), new);
-    assert!(updated("# no markers\n", &results).is_none());
+    assert_eq!(updated(&new, "new\n").unwrap(), new);
+    assert!(updated("# no markers\n", "new\n").is_none());
 }

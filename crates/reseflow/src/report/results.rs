@@ -85,6 +85,12 @@ pub(super) struct StepResult {
     /// The share of samples that are far from both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) share_between: Option<f64>,
+    /// The shares of samples that are nearer to the one and to the other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) share_per_mode: Option<[f64; 2]>,
+    /// The energy distance between the samples and the two experts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) energy_distance: Option<f64>,
 }
 
 /// D̄_geo and its parts.
@@ -203,6 +209,8 @@ impl StepResult {
             call_ms: call.map(|call| CallMillis { p50: rounded(call.p50), p99: rounded(call.p99) }),
             d_geo_nearer: row.modes.as_ref().map(|modes| rounded(modes.d_geo_nearer)),
             share_between: row.modes.as_ref().map(|modes| rounded(modes.share_between)),
+            share_per_mode: row.modes.as_ref().map(|modes| modes.share_per_mode.map(rounded)),
+            energy_distance: row.modes.as_ref().and_then(|modes| modes.energy_distance).map(rounded),
         }
     }
 }

@@ -1,10 +1,11 @@
-//! The one table that README.md shows, made from `results.json`.
+//! README.md's table, made from `results.json`.
 
 use super::document::Table;
 use super::markdown;
 use super::paper::{TASKS, of_task};
 use super::results::{ErrorResult, PolicyResult, Results, RolloutResult, RunResult, StepResult};
-use super::study::{learner_title, steps_title, task_title};
+pub(super) use super::study::steps_title;
+use super::study::{learner_title, task_title};
 use crate::config::PlanChoice;
 use crate::learners::Learner;
 
@@ -14,7 +15,7 @@ const PLAN: usize = 10;
 /// The policies that have a row, in this order.
 const POLICIES: [Learner; 3] = [Learner::Flow(1), Learner::Flow(2), Learner::Baseline];
 
-/// The file `results.md`: what the columns mean, as a list, and the table, as Markdown.
+/// What the columns mean, as a list, and the table, as Markdown.
 pub(super) fn markdown(results: &Results) -> String {
     let items: Vec<String> =
         legend(results).iter().map(|(column, meaning)| format!("- {column}: {meaning}")).collect();
@@ -86,9 +87,9 @@ pub(super) fn table(results: &Results) -> Table {
     table
 }
 
-/// The runs that have rows.
-fn rows_of(results: &Results) -> impl Iterator<Item = &RunResult> {
-    results.runs.iter().filter(|run| !run.two_experts)
+/// The runs that have rows: those of the main method on scenes with one expert.
+pub(super) fn rows_of(results: &Results) -> impl Iterator<Item = &RunResult> {
+    results.runs.iter().filter(|run| !run.two_experts && run.variant.is_none())
 }
 
 /// The fewest integration steps of the first policy: those of the first column of errors.
@@ -174,7 +175,7 @@ fn unique(texts: impl Iterator<Item = String>) -> Vec<String> {
 }
 
 /// The task and how many demonstrations were learned from.
-fn title(run: &RunResult) -> String {
+pub(super) fn title(run: &RunResult) -> String {
     let count = run.demonstrations.map(|count| format!(" ({count})")).unwrap_or_default();
     format!("{}{count}", task_title(&run.task))
 }
@@ -217,6 +218,7 @@ fn acting(
     if has_a_choice { format!("{text}, medoid") } else { text }
 }
 
-fn dash() -> String {
+/// What stands where there is no figure.
+pub(super) fn dash() -> String {
     "–".to_owned()
 }

@@ -1,0 +1,97 @@
+//! The file `results.md`, made from `results.json`: README.md's table, then every error by integration steps and split, then the scenes
+//! with two experts.
+
+use super::document::{Table, decimals, optional, percent};
+use super::markdown;
+use super::results::{PolicyResult, Results};
+use super::summary::{self, dash};
+
+/// The tables, each under its title: the first two of the runs that stand for the main method, the last of all.
+pub(super) fn markdown(headline: &Results, all: &Results) -> String {
+    let mut text = summary::markdown(headline);
+    for (title, table) in [("Steps and splits", steps(headline)), ("Two experts", experts(all))] {
+        if !table.rows.is_empty() {
+            text.push_str(&format!("\n## {title}\n\n{}", markdown::rows(&table)));
+        }
+    }
+    text
+}
+
+/// D̄_geo of every policy by the number of integration steps, on every split.
+fn steps(results: &Results) -> Table {
+    let policies = || {
+        let runs = summary::rows_of(results);
+        runs.flat_map(|run| run.policies.iter().map(move |policy| (run, policy)))
+    };
+    let mut counts: Vec<usize> =
+        policies().flat_map(|(_, policy)| policy.steps.iter().map(|row| row.steps)).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let fixed = ["task", "policy", "split", "scenes × seeds"].map(str::to_owned).into_iter();
+    let mut table = Table {
+        caption: "D̄_geo by the number of integration steps (of ET-SEED: of noise levels); a regressor has one. `wide`: objects where no \
+                  demonstration has them; `turned`: the test scenes, each turned at random."
+            .to_owned(),
+        header: fixed.chain(counts.iter().map(|count| summary::steps_title(*count))).collect(),
+        rows: Vec::new(),
+    };
+    for (run, policy) in policies() {
+        let at = |count: &usize| policy.steps.iter().find(|row| row.steps == *count);
+        let errors =
+            counts.iter().map(|count| at(count).map_or_else(dash, |row| decimals(row.error.d_geo_mean)));
+        let PolicyResult { policy: name, split, episodes, noise_seeds, .. } = policy;
+        let fixed = [summary::title(run), name.clone(), split.clone(), format!("{episodes} × {noise_seeds}")];
+        table.rows.push(fixed.into_iter().chain(errors).collect());
+    }
+    table
+}
+
+/// Where samples lie about two experts, on the test split.
+fn experts(results: &Results) -> Table {
+    let mut table = Table::new(
+        "Scenes with two experts as good as each other. Between: the share of samples that are far from both; sides: how the samples share \
+         themselves out between the experts; energy distance: between the samples and the experts' two answers, 0 where they are distributed alike.",
+        ["task", "variant", "policy", "steps", "between", "sides", "D̄_geo to the nearer", "energy distance"],
+    );
+    for run in results.runs.iter().filter(|run| run.two_experts) {
+        for policy in run.policies.iter().filter(|policy| policy.split == "test") {
+            for row in &policy.steps {
+                let Some(between) = row.share_between else { continue };
+                let sides = row.share_per_mode.map(|shares| shares.map(percent).join(" / "));
+                table.row([
+                    summary::title(run),
+                    run.variant.clone().unwrap_or_else(dash),
+                    policy.policy.clone(),
+                    row.steps.to_string(),
+                    percent(between),
+                    sides.unwrap_or_else(dash),
+                    optional(row.d_geo_nearer),
+                    optional(row.energy_distance),
+                ]);
+            }
+        }
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{run, scored};
+    use super::*;
+    use crate::learners::Learner;
+
+    #[test]
+    fn every_split_and_number_of_steps_has_its_cell_and_ablations_have_none() {
+        let main = scored(run("door-200", "door", 200, 1), Learner::Flow(1), &[(1, &[0.2]), (10, &[0.1])]);
+        let main = scored(main, Learner::Regressor, &[(1, &[0.3])]);
+        let mut twist = scored(run("door-200-twist", "door", 200, 1), Learner::Flow(1), &[(1, &[0.9])]);
+        twist.variant = Some("twist".to_owned());
+        let results = Results::of([main, twist].iter());
+        let table = steps(&results);
+        assert_eq!(table.header[3..], ["scenes × seeds", "1 step", "10 steps"]);
+        let cells: Vec<String> = table.rows.iter().map(|row| row[1..].join(" ")).collect();
+        assert_eq!(cells, ["Flow 1 test 1 × 1 0.2000 0.1000", "regressor test 1 × 1 0.3000 –"]);
+        let text = markdown(&results, &results);
+        assert!(!text.contains("0.9000") && !text.contains("Two experts"), "{text}");
+    }
+}

@@ -5,8 +5,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use reseflow_data::{ActionChunk, Dataset, Observation, Window};
 use reseflow_flow::{
-    EndpointTargets, LossContext, LossParts, NodeTargets, Prior, PriorFrame, TwistTargets, endpoint_loss,
-    twist_loss,
+    EndpointTargets, LossContext, LossParts, NodeTargets, PriorFrame, TwistTargets, endpoint_loss, twist_loss,
 };
 use reseflow_lie::{SE3, Vector3};
 use reseflow_net::{DecoderConfig, DriftNet, HeatMap, Parameterisation, TokenBatch};
@@ -49,7 +48,8 @@ impl Scene {
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
         let (latest, next) = (&observed[observed.len() - 1], wanted[0].action);
         let episode = &data.episodes[window.episode];
-        let route = &episode.actions[episode.first_step()..];
+        // Where the arm was shoved off its way, the actions are no picture of what is drawn.
+        let route = if episode.first_step() == 0 { episode.actions.as_slice() } else { &[] };
         let augmentation = Augmentation::draw(window.step, latest, next, route, &train.augment, rng);
         observed.iter_mut().for_each(|seen| augmentation.observation(seen));
         observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.augment.drop_points, rng));
@@ -120,7 +120,7 @@ pub(crate) fn shard_loss(
         let (noise, clean) = match mixed {
             Some(Example { mut noise, clean, .. }) => {
                 // Both belong to the scene as it was recorded.
-                scene.augmentation.noise(&mut noise, matches!(model.prior, Prior::Gripper(_)));
+                scene.augmentation.noise(&mut noise, model.starts_about_the_gripper());
                 (noise, scene.taught(clean))
             }
             None => (model.start(&scene.prior_frame, rng), scene.clean.clone()),
@@ -208,7 +208,7 @@ fn target_tensors(chunks: &[ActionChunk], origins_m: &[[f64; 3]], device: &Devic
 mod tests {
     use super::*;
     use rand_chacha::rand_core::SeedableRng;
-    use reseflow_data::{Action, Episode, PointCloud};
+    use reseflow_data::{Action, Disturbance, Episode, PointCloud};
     use reseflow_lie::{SE3, SO3, geodesic_distance};
 
     use crate::AugmentConfig;
@@ -260,6 +260,52 @@ mod tests {
             }
         }
         assert!((10..30).contains(&against[0]) && against[1] == 0, "{against:?}");
+    }
+
+    /// The line that the gripper goes along, seen as the places of the actions.
+    fn on_a_line(disturbance: Option<Disturbance>) -> Dataset {
+        let mut data = against_its_motion();
+        let [episode] = &mut data.episodes[..] else { unreachable!("there is one") };
+        let place = |action: &Action| action.world_from_gripper.translation.map(|value| value as f32).into();
+        let points: Vec<[f32; 3]> = episode.actions.iter().map(place).collect();
+        for seen in &mut episode.observations {
+            seen.cloud = PointCloud { points: points.clone(), colors: vec![[9; 3]; STEPS] };
+        }
+        episode.disturbance = disturbance;
+        data
+    }
+
+    #[test]
+    fn a_line_is_redrawn_as_a_whole_also_half_way_and_not_where_the_arm_was_shoved() {
+        const STEP: usize = 2;
+        let decoder = DecoderConfig { horizon: STEPS - STEP, frames: 1, ..DecoderConfig::default() };
+        let train = TrainConfig {
+            augment: AugmentConfig { redraw_share: 1.0, ..AugmentConfig::NONE },
+            ..TrainConfig::default()
+        };
+        let window = Window { episode: 0, step: STEP };
+        let shoved = Disturbance { before: 1, answered_from: STEP };
+        let (line, answered) = (on_a_line(None), on_a_line(Some(shoved)));
+        let mut farthest = [0.0_f64; 2];
+        for seed in 0..20 {
+            let draw = |data: &Dataset| {
+                Scene::draw(window, data, &decoder, &train, &mut ChaCha8Rng::seed_from_u64(seed))
+            };
+            let Scene { observed, clean, .. } = draw(&line);
+            let recorded = &line.episodes[0].observations[STEP];
+            let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
+            for (point, action) in observed[0].cloud.points[STEP..].iter().zip(&clean.0) {
+                let apart = (at(point) - action.world_from_gripper.translation).norm();
+                assert!(apart < 1e-6, "paint and actions are {apart} m apart");
+            }
+            assert_eq!(observed[0].world_from_gripper, recorded.world_from_gripper);
+            for (end, farthest) in [0, STEPS - 1].into_iter().zip(&mut farthest) {
+                let moved = (at(&observed[0].cloud.points[end]) - at(&recorded.cloud.points[end])).norm();
+                *farthest = farthest.max(moved);
+            }
+            assert_eq!(draw(&answered).observed[0].cloud, recorded.cloud, "an answer to a shove is redrawn");
+        }
+        assert!(farthest.iter().all(|moved| *moved > 0.01), "the ends moved by {farthest:?} m");
     }
 
     #[test]

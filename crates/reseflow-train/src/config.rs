@@ -65,6 +65,11 @@ impl ModelConfig {
         self.network.symmetry == Symmetry::SE3
     }
 
+    /// Whether noise is drawn about the gripper, not about the cloud.
+    pub fn starts_about_the_gripper(&self) -> bool {
+        matches!(self.prior, Prior::Gripper(_))
+    }
+
     /// Checks every value of `train`, and that its objective judges what this model predicts.
     ///
     /// # Errors

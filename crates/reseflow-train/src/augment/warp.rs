@@ -14,7 +14,7 @@ pub(super) struct Recorded<'a> {
     pub(super) cloud: &'a PointCloud,
     pub(super) gripper: SE3,
     pub(super) next: SE3,
-    /// All the episode's actions that suit what is seen.
+    /// All the episode's actions, or none where they do not say what is drawn.
     pub(super) route: Vec<SE3>,
     /// Whether the gripper is on its way along the route, not still anywhere.
     pub(super) is_under_way: bool,

@@ -28,7 +28,34 @@ impl ExperimentConfig {
                     .to_owned(),
             );
         }
-        Ok(())
+        self.validate_redraw()
+    }
+
+    /// Checks that what is seen of the past, and noise about the cloud, need not be redrawn.
+    fn validate_redraw(&self) -> Result<(), String> {
+        if self.pretrained.is_some() || self.train.augment.redraw_share <= 0.0 {
+            return Ok(());
+        }
+        let decoder = &self.model.network.decoder;
+        let needs = [
+            (
+                decoder.frames == 1,
+                "`model.network.decoder.frames` = 1: earlier grippers do not follow the new line",
+            ),
+            (
+                !decoder.grasp_memory,
+                "`model.network.decoder.grasp_memory` = false: the grasp does not follow the new line",
+            ),
+            (
+                self.model.starts_about_the_gripper(),
+                "`model.prior.kind` = \"gripper\": noise about the cloud does not follow the new line",
+            ),
+        ];
+        let share = self.train.augment.redraw_share;
+        match needs.iter().find(|(holds, _)| !holds) {
+            Some((_, need)) => Err(format!("`train.augment.redraw_share` is {share}, expected {need}")),
+            None => Ok(()),
+        }
     }
 
     /// Checks what only a whole run asks for: single commands are given their own validation episodes and carry nothing out.
@@ -161,6 +188,21 @@ mod tests {
                 .all(|key| fault.contains(key))
         );
         verdict(&[turned, "model.network.symmetry=none"]).unwrap();
+    }
+
+    #[test]
+    fn lines_are_redrawn_for_one_frame_no_grasp_and_noise_about_the_gripper() {
+        let (redraw, frame) = ("train.augment.redraw_share=0.5", "model.network.decoder.frames=1");
+        verdict(&[redraw, frame]).unwrap();
+        for (set, key) in [
+            ("model.network.decoder.frames=2", "`model.network.decoder.frames`"),
+            ("model.network.decoder.grasp_memory=true", "`model.network.decoder.grasp_memory`"),
+            ("model.prior.kind=haar", "`model.prior.kind`"),
+        ] {
+            let fault = verdict(&[frame, set, redraw]).unwrap_err();
+            assert!(fault.contains("`train.augment.redraw_share`") && fault.contains(key), "{fault}");
+            verdict(&[frame, set]).unwrap();
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@
 use super::document::{Table, decimals, optional, percent};
 use super::markdown;
 use super::results::{PolicyResult, Results};
+use super::study::steps_title;
 use super::summary::{self, dash};
 
 /// The tables, each under its title: the first two of the runs that stand for the main method, the last of all.
@@ -29,10 +30,10 @@ fn steps(results: &Results) -> Table {
     counts.dedup();
     let fixed = ["task", "policy", "split", "scenes × seeds"].map(str::to_owned).into_iter();
     let mut table = Table {
-        caption: "D̄_geo by the number of integration steps (of ET-SEED: of noise levels); a regressor has one. `wide`: objects where no \
-                  demonstration has them; `turned`: the test scenes, each turned at random."
+        caption: "D̄_geo by the number of integration steps (of ET-SEED: of noise levels); a regressor has one. `wide`: objects where \
+                  no demonstration has them; `turned`: the test scenes, each turned at random."
             .to_owned(),
-        header: fixed.chain(counts.iter().map(|count| summary::steps_title(*count))).collect(),
+        header: fixed.chain(counts.iter().map(|count| steps_title(*count))).collect(),
         rows: Vec::new(),
     };
     for (run, policy) in policies() {
@@ -49,8 +50,9 @@ fn steps(results: &Results) -> Table {
 /// Where samples lie about two experts, on the test split.
 fn experts(results: &Results) -> Table {
     let mut table = Table::new(
-        "Scenes with two experts as good as each other. Between: the share of samples that are far from both; sides: how the samples share \
-         themselves out between the experts; energy distance: between the samples and the experts' two answers, 0 where they are distributed alike.",
+        "Scenes with two experts as good as each other. Between: the share of samples that are far from both; sides: how the samples \
+         share themselves out between the experts; energy distance: between the samples and the experts' two answers, 0 where they are \
+         distributed alike.",
         ["task", "variant", "policy", "steps", "between", "sides", "D̄_geo to the nearer", "energy distance"],
     );
     for run in results.runs.iter().filter(|run| run.two_experts) {
@@ -76,7 +78,7 @@ fn experts(results: &Results) -> Table {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{run, scored};
+    use super::super::samples::{coin_toss, run, scored};
     use super::*;
     use crate::learners::Learner;
 
@@ -93,5 +95,20 @@ mod tests {
         assert_eq!(cells, ["Flow 1 test 1 × 1 0.2000 0.1000", "regressor test 1 × 1 0.3000 –"]);
         let text = markdown(&results, &results);
         assert!(!text.contains("0.9000") && !text.contains("Two experts"), "{text}");
+    }
+
+    #[test]
+    fn two_experts_have_a_table_with_all_variants() {
+        let main = coin_toss("coin_toss", 1, 0.05, 0.4);
+        let mut other = coin_toss("coin_toss-independent", 1, 0.1, 0.5);
+        other.variant = Some("independent coupling".to_owned());
+        let single = scored(run("door-200", "door", 200, 1), Learner::Flow(1), &[(1, &[0.2])]);
+        let rows = experts(&Results::of([main, other, single].iter())).rows;
+        let cells: Vec<String> = rows.iter().map(|row| row[1..].join(", ")).collect();
+        let expected = [
+            "–, Flow 2, 1, 5.0 %, 40.0 % / 60.0 %, 0.0200, –",
+            "independent coupling, Flow 2, 1, 10.0 %, 50.0 % / 50.0 %, 0.0200, –",
+        ];
+        assert_eq!(cells, expected);
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::gather::{Eval, Run};
-use crate::evaluation::{EvalReport, StepRow};
+use crate::evaluation::{EvalReport, ModeScores, StepRow};
 use crate::learners::Learner;
 use crate::metrics::{Scores, bootstrap_mean_interval, mean};
 use crate::provenance::Provenance;
@@ -47,6 +47,21 @@ pub(super) fn scored(mut run: Run, learner: Learner, rows: &[(usize, &[f64])]) -
         provenance: Provenance::gather("cpu"),
     };
     run.evals.push(Eval { learner, split: "test".to_owned(), report });
+    run
+}
+
+/// A run on scenes with two experts: Flow 2 in one step, with so many samples between them and with the first of them.
+pub(super) fn coin_toss(name: &str, training_seed: u64, between: f64, first: f64) -> Run {
+    let mut run = scored(run(name, "coin_toss", 2000, training_seed), Learner::Flow(2), &[(1, &[0.5, 0.5])]);
+    run.evals[0].report.rows[0].modes = Some(ModeScores {
+        share_per_mode: [first, 1.0 - first],
+        rarer_share_within_scene: 0.25,
+        share_between: between,
+        between_d_geo: 0.1,
+        d_geo_nearer: 0.02,
+        d_geo_apart: 1.0,
+        energy_distance: None,
+    });
     run
 }
 

@@ -107,10 +107,11 @@ impl Study {
         self.main_runs().filter(move |run| Group::of(run) == group)
     }
 
-    /// The groups that occur among runs of the main method, the paper's first, then from more demonstrations to fewer.
+    /// The groups that occur among runs of the main method with a single expert, the paper's first, then from more demonstrations to
+    /// fewer.
     pub(super) fn groups(&self) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::new();
-        for group in self.main_runs().map(Group::of) {
+        for group in self.main_runs().filter(|run| !run.has_modes()).map(Group::of) {
             if !groups.contains(&group) {
                 groups.push(group);
             }
@@ -201,7 +202,7 @@ pub(super) fn most(report: &EvalReport) -> Option<&StepRow> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{run, scored};
+    use super::super::samples::{coin_toss, run, scored};
     use super::*;
 
     const FLOW: Learner = Learner::Flow(1);
@@ -232,6 +233,13 @@ mod tests {
         let [twist, ..] = doors();
         let alone = Study::new(vec![twist]);
         assert_eq!((shown(&alone, FLOW), alone.groups(), alone.headline().count()), (None, Vec::new(), 0));
+    }
+
+    #[test]
+    fn scenes_with_two_experts_make_no_group() {
+        let [_, _, first] = doors();
+        let study = Study::new(vec![coin_toss("coin", 1, 0.1, 0.5), first]);
+        assert_eq!((study.groups(), study.headline().count()), (vec![Group::Count(200)], 2));
     }
 
     #[test]

@@ -4,8 +4,7 @@ use super::document::Table;
 use super::markdown;
 use super::paper::{TASKS, of_task};
 use super::results::{ErrorResult, PolicyResult, Results, RolloutResult, RunResult, StepResult};
-pub(super) use super::study::steps_title;
-use super::study::{learner_title, task_title};
+use super::study::{learner_title, steps_title, task_title};
 use crate::config::PlanChoice;
 use crate::learners::Learner;
 

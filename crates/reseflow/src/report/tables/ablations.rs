@@ -48,7 +48,9 @@ pub(in super::super) fn ablations(study: &Study) -> Block {
             push(&mut table, study, run);
         }
     }
-    table.or_absent("ablations: no run's configuration says that it is a `variant`.")
+    table.or_absent(
+        "ablations: no run with a single expert has a configuration that says that it is a `variant`.",
+    )
 }
 
 fn push(table: &mut Table, study: &Study, run: &Run) {

@@ -101,26 +101,13 @@ fn millimetres(over: &OverSeeds) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::samples::{run, scored};
+    use super::super::super::samples::{coin_toss, run, scored};
     use super::*;
     use crate::learners::Learner;
 
     #[test]
     fn shares_of_two_experts_are_averaged_over_trainings() {
-        let coin = |name, seed, between, first| {
-            let mut run = scored(run(name, "coin_toss", 2000, seed), Learner::Flow(2), &[(1, &[0.5, 0.5])]);
-            run.evals[0].report.rows[0].modes = Some(ModeScores {
-                share_per_mode: [first, 1.0 - first],
-                rarer_share_within_scene: 0.25,
-                share_between: between,
-                between_d_geo: 0.1,
-                d_geo_nearer: 0.02,
-                d_geo_apart: 1.0,
-                energy_distance: None,
-            });
-            run
-        };
-        let study = Study::new(vec![coin("coin", 1, 0.1, 0.5), coin("coin-seed2", 2, 0.3, 0.6)]);
+        let study = Study::new(vec![coin_toss("coin", 1, 0.1, 0.5), coin_toss("coin-seed2", 2, 0.3, 0.6)]);
         let blocks = over_training_seeds(&study);
         let tables: Vec<&Table> = blocks
             .iter()

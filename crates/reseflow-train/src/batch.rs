@@ -48,8 +48,8 @@ impl Scene {
         let wanted: Vec<_> = window.targets(&data.episodes, decoder.horizon).collect();
         let (latest, next) = (&observed[observed.len() - 1], wanted[0].action);
         let episode = &data.episodes[window.episode];
-        // Where the arm was shoved off its way, the actions are no picture of what is drawn.
-        let route = if episode.first_step() == 0 { episode.actions.as_slice() } else { &[] };
+        // After a shove the gripper is somewhere beside what is drawn, which a redrawn line has no place for.
+        let route = if episode.disturbance.is_none() { episode.actions.as_slice() } else { &[] };
         let augmentation = Augmentation::draw(window.step, latest, next, route, &train.augment, rng);
         observed.iter_mut().for_each(|seen| augmentation.observation(seen));
         observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.augment.drop_points, rng));
@@ -262,10 +262,22 @@ mod tests {
         assert!((10..30).contains(&against[0]) && against[1] == 0, "{against:?}");
     }
 
-    /// The line that the gripper goes along, seen as the places of the actions.
+    /// A line that the gripper goes along, seen as the places of the actions.
     fn on_a_line(disturbance: Option<Disturbance>) -> Dataset {
         let mut data = against_its_motion();
         let [episode] = &mut data.episodes[..] else { unreachable!("there is one") };
+        // A quarter of a circle, so that its mirror image is another line.
+        let pose = |at: usize| {
+            let angle = 0.4 * at as f64;
+            let turn = SO3::exp(&(Vector3::z() * angle));
+            SE3::new(turn, Vector3::new(0.12 * (angle.cos() - 1.0), 0.12 * angle.sin(), 0.0))
+        };
+        for (at, seen) in episode.observations.iter_mut().enumerate() {
+            seen.world_from_gripper = pose(at);
+        }
+        for (at, action) in episode.actions.iter_mut().enumerate() {
+            action.world_from_gripper = pose(at + 1);
+        }
         let place = |action: &Action| action.world_from_gripper.translation.map(|value| value as f32).into();
         let points: Vec<[f32; 3]> = episode.actions.iter().map(place).collect();
         for seen in &mut episode.observations {
@@ -276,36 +288,39 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_redrawn_as_a_whole_also_half_way_and_not_where_the_arm_was_shoved() {
+    fn a_line_is_redrawn_as_a_whole_also_half_way_and_in_a_mirror_and_not_after_a_shove() {
         const STEP: usize = 2;
         let decoder = DecoderConfig { horizon: STEPS - STEP, frames: 1, ..DecoderConfig::default() };
-        let train = TrainConfig {
-            augment: AugmentConfig { redraw_share: 1.0, ..AugmentConfig::NONE },
-            ..TrainConfig::default()
-        };
         let window = Window { episode: 0, step: STEP };
         let shoved = Disturbance { before: 1, answered_from: STEP };
         let (line, answered) = (on_a_line(None), on_a_line(Some(shoved)));
-        let mut farthest = [0.0_f64; 2];
-        for seed in 0..20 {
-            let draw = |data: &Dataset| {
-                Scene::draw(window, data, &decoder, &train, &mut ChaCha8Rng::seed_from_u64(seed))
-            };
-            let Scene { observed, clean, .. } = draw(&line);
-            let recorded = &line.episodes[0].observations[STEP];
-            let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
-            for (point, action) in observed[0].cloud.points[STEP..].iter().zip(&clean.0) {
-                let apart = (at(point) - action.world_from_gripper.translation).norm();
-                assert!(apart < 1e-6, "paint and actions are {apart} m apart");
+        let recorded = &line.episodes[0].observations[STEP];
+        let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
+        for mirror_share in [0.0, 1.0] {
+            let augment = AugmentConfig { redraw_share: 1.0, mirror_share, ..AugmentConfig::NONE };
+            let train = TrainConfig { augment, ..TrainConfig::default() };
+            let mut farthest = [0.0_f64; 2];
+            for seed in 0..20 {
+                let draw = |data: &Dataset| {
+                    Scene::draw(window, data, &decoder, &train, &mut ChaCha8Rng::seed_from_u64(seed))
+                };
+                let (Scene { observed, clean, .. }, kept) = (draw(&line), draw(&answered));
+                for (point, action) in observed[0].cloud.points[STEP..].iter().zip(&clean.0) {
+                    let apart = (at(point) - action.world_from_gripper.translation).norm();
+                    assert!(apart < 1e-6, "paint and actions are {apart} m apart");
+                }
+                let gripper = &observed[0].world_from_gripper;
+                let off = geodesic_distance(gripper, &recorded.world_from_gripper);
+                assert!(off.d_geo() < 1e-9, "the gripper has left its place by {off:?}");
+                for (end, farthest) in [0, STEPS - 1].into_iter().zip(&mut farthest) {
+                    let [new, old] = [&observed, &kept.observed].map(|seen| at(&seen[0].cloud.points[end]));
+                    *farthest = farthest.max((new - old).norm());
+                }
+                let is_kept = kept.observed[0].cloud == recorded.cloud;
+                assert_eq!(is_kept, mirror_share == 0.0, "an answer to a shove is mirrored, not redrawn");
             }
-            assert_eq!(observed[0].world_from_gripper, recorded.world_from_gripper);
-            for (end, farthest) in [0, STEPS - 1].into_iter().zip(&mut farthest) {
-                let moved = (at(&observed[0].cloud.points[end]) - at(&recorded.cloud.points[end])).norm();
-                *farthest = farthest.max(moved);
-            }
-            assert_eq!(draw(&answered).observed[0].cloud, recorded.cloud, "an answer to a shove is redrawn");
+            assert!(farthest.iter().all(|moved| *moved > 0.01), "the ends moved by {farthest:?} m");
         }
-        assert!(farthest.iter().all(|moved| *moved > 0.01), "the ends moved by {farthest:?} m");
     }
 
     #[test]

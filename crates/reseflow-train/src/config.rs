@@ -84,7 +84,32 @@ impl ModelConfig {
                     .to_owned(),
             ));
         }
-        Ok(())
+        self.validate_redraw(train.augment.redraw_share)
+    }
+
+    /// Checks that nothing stays behind when a line is redrawn.
+    fn validate_redraw(&self, share: f64) -> Result<(), TrainError> {
+        let decoder = &self.network.decoder;
+        let needs = [
+            (
+                decoder.frames == 1,
+                "model.network.decoder.frames = 1: earlier grippers do not follow the new line",
+            ),
+            (
+                !decoder.grasp_memory,
+                "model.network.decoder.grasp_memory = false: the grasp does not follow the new line",
+            ),
+            (
+                self.regression || self.starts_about_the_gripper(),
+                "model.prior.kind = \"gripper\": the noise of pairs about the cloud does not follow the new line",
+            ),
+        ];
+        match needs.iter().find(|(holds, _)| share > 0.0 && !holds) {
+            Some((_, need)) => {
+                Err(TrainError::Config(format!("train.augment.redraw_share is {share}, expected {need}")))
+            }
+            None => Ok(()),
+        }
     }
 }
 

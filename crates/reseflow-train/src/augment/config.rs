@@ -33,8 +33,8 @@ pub struct AugmentConfig {
     /// plane: they make hooks and waves of straight lines. For tasks that follow a drawn curve with the gripper closing along it.
     pub swirl_std_rad: f64,
     /// Share of windows whose drawn line runs along another curve of the same length, any smooth one that keeps clear of itself, and is
-    /// not bent. For tasks that follow a drawn curve, for a network that sees one frame and no grasp, and for noise about the gripper: an
-    /// experiment's configuration refuses others. Demonstrations with shoves are bent.
+    /// not bent. For tasks that follow a drawn curve, for a network that sees one frame and no grasp, and for noise about the gripper:
+    /// others are refused ([`crate::ModelConfig::validate_training`]). Demonstrations with shoves are never redrawn.
     pub redraw_share: f64,
     /// Share of windows that are seen in a mirror: the plane in which the gripper is its own mirror image.
     pub mirror_share: f64,

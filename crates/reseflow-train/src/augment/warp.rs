@@ -40,7 +40,7 @@ impl Warp {
         let plane = SE3::new(next.rotation, anchor.translation);
         let redraw = chance(config.redraw_share, rng).then(|| Redraw::draw(route, &plane, rng)).flatten();
         if let Some(redraw) = redraw {
-            // A gripper that is under way stays, as its place on the line does; another one stays above the line's middle.
+            // A gripper that is under way stays, as its place on the line does; another one keeps its place relative to the line's middle.
             let follow = if *is_under_way { SE3::identity() } else { redraw.shift() };
             return Some((Self::Redraw(redraw), follow));
         }
@@ -107,6 +107,12 @@ mod tests {
                 let off = geodesic_distance(fixed, &warp.pose(fixed));
                 assert!(off.translation_m < 1e-4 && off.rotation_rad < 0.02, "{off:?}");
                 let shift = geodesic_distance(gripper, &(follow * *gripper));
+                if !is_under_way {
+                    let mut board = [[0.1, 0.4, 0.0]];
+                    warp.points(&mut board);
+                    let with_gripper = follow.act(&Vector3::new(0.1, 0.4, 0.0));
+                    assert!((Vector3::from(board[0].map(f64::from)) - with_gripper).norm() < 1e-6);
+                }
                 assert!(
                     shift.rotation_rad < 1e-9 && !(is_under_way && shift.translation_m > 1e-9),
                     "{shift:?}"

@@ -41,6 +41,8 @@ fn a_training_value_out_of_range_is_refused_by_its_key() {
         ("augment.gripper_std_m", &["-0.1", "1.1", "nan"]),
         ("augment.gripper_yaw_rad", &["-0.1", "3.2", "nan"]),
         ("augment.bend_std", &["-0.1", "0.6", "nan"]),
+        ("augment.swirl_std_rad", &["-0.1", "3.2", "nan"]),
+        ("augment.redraw_share", &["-0.1", "1.1", "nan"]),
         ("augment.mirror_share", &["-0.1", "1.1", "nan"]),
         ("augment.half_turn_share", &["-0.1", "1.1", "nan"]),
         ("time.zero_share", &["-0.1", "1.1", "nan"]),

@@ -106,8 +106,8 @@ mod tests {
         let rows = experts(&Results::of([main, other, single].iter())).rows;
         let cells: Vec<String> = rows.iter().map(|row| row[1..].join(", ")).collect();
         let expected = [
-            "–, Flow 2, 1, 5.0 %, 40.0 % / 60.0 %, 0.0200, –",
-            "independent coupling, Flow 2, 1, 10.0 %, 50.0 % / 50.0 %, 0.0200, –",
+            "–, Flow 2, 1, 5.0 %, 40.0 % / 60.0 %, 0.0200, 0.0500",
+            "independent coupling, Flow 2, 1, 10.0 %, 50.0 % / 50.0 %, 0.0200, 0.0500",
         ];
         assert_eq!(cells, expected);
     }

@@ -60,7 +60,7 @@ pub(super) fn coin_toss(name: &str, training_seed: u64, between: f64, first: f64
         between_d_geo: 0.1,
         d_geo_nearer: 0.02,
         d_geo_apart: 1.0,
-        energy_distance: None,
+        energy_distance: Some(0.05),
     });
     run
 }

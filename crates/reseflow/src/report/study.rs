@@ -107,11 +107,12 @@ impl Study {
         self.main_runs().filter(move |run| Group::of(run) == group)
     }
 
-    /// The groups that occur among runs of the main method with a single expert, the paper's first, then from more demonstrations to
-    /// fewer.
+    /// The groups that occur among runs of the main method, the paper's first, then from more demonstrations to fewer. Runs with two
+    /// experts count where there are no others.
     pub(super) fn groups(&self) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::new();
-        for group in self.main_runs().filter(|run| !run.has_modes()).map(Group::of) {
+        let has_others = self.main_runs().any(|run| !run.has_modes());
+        for group in self.main_runs().filter(|run| !(has_others && run.has_modes())).map(Group::of) {
             if !groups.contains(&group) {
                 groups.push(group);
             }
@@ -236,8 +237,9 @@ mod tests {
     }
 
     #[test]
-    fn scenes_with_two_experts_make_no_group() {
+    fn scenes_with_two_experts_make_no_group_beside_others() {
         let [_, _, first] = doors();
+        assert_eq!(Study::new(vec![coin_toss("coin", 1, 0.1, 0.5)]).groups(), [Group::Count(2000)]);
         let study = Study::new(vec![coin_toss("coin", 1, 0.1, 0.5), first]);
         assert_eq!((study.groups(), study.headline().count()), (vec![Group::Count(200)], 2));
     }

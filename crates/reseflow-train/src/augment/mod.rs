@@ -48,7 +48,7 @@ pub(crate) struct Augmentation {
 
 impl Augmentation {
     /// Draws the changes of a window that starts at `step`, whose latest observation is `latest`, whose next action is `next`, and whose
-    /// episode's actions are `route`, which is empty where they do not say what is drawn; what is switched off draws nothing.
+    /// episode's actions are `route`, or none where its line is not to be redrawn; what is switched off draws nothing.
     pub(crate) fn draw(
         step: usize,
         latest: &Observation,

@@ -14,7 +14,7 @@ pub(super) struct Recorded<'a> {
     pub(super) cloud: &'a PointCloud,
     pub(super) gripper: SE3,
     pub(super) next: SE3,
-    /// All the episode's actions, or none where they do not say what is drawn.
+    /// All the episode's actions, or none where its line is not to be redrawn.
     pub(super) route: Vec<SE3>,
     /// Whether the gripper is on its way along the route, not still anywhere.
     pub(super) is_under_way: bool,

@@ -66,6 +66,11 @@ impl Table {
     }
 }
 
+/// What stands where there is no figure.
+pub(super) fn dash() -> String {
+    "–".to_owned()
+}
+
 /// A number in four decimals.
 pub(super) fn decimals(value: f64) -> String {
     format!("{value:.4}")
@@ -73,7 +78,7 @@ pub(super) fn decimals(value: f64) -> String {
 
 /// A number in four decimals, or a dash.
 pub(super) fn optional(value: Option<f64>) -> String {
-    value.map_or_else(|| "–".to_owned(), decimals)
+    value.map_or_else(dash, decimals)
 }
 
 /// A share in per cent, with its sign.

@@ -1,11 +1,11 @@
 //! The file `results.md`, made from `results.json`: README.md's table, then every error by integration steps and split, then the scenes
 //! with two experts.
 
-use super::document::{Table, decimals, optional, percent};
+use super::document::{Table, dash, decimals, optional, percent};
 use super::markdown;
 use super::results::{PolicyResult, Results};
 use super::study::steps_title;
-use super::summary::{self, dash};
+use super::summary;
 
 /// The tables, each under its title: the first two of the runs that stand for the main method, the last of all.
 pub(super) fn markdown(headline: &Results, all: &Results) -> String {

@@ -1,6 +1,6 @@
 //! README.md's table, made from `results.json`.
 
-use super::document::Table;
+use super::document::{Table, dash};
 use super::markdown;
 use super::paper::{TASKS, of_task};
 use super::results::{ErrorResult, PolicyResult, Results, RolloutResult, RunResult, StepResult};
@@ -215,9 +215,4 @@ fn acting(
     }
     let has_a_choice = rollout.actions_a_plan < PLAN && rollout.plan_choice == PlanChoice::Medoid;
     if has_a_choice { format!("{text}, medoid") } else { text }
-}
-
-/// What stands where there is no figure.
-pub(super) fn dash() -> String {
-    "–".to_owned()
 }

@@ -1,6 +1,6 @@
 //! Ablations: each variant beside the main run of the same task and number of demonstrations.
 
-use super::super::document::{Block, Table, decimals, signed_percent};
+use super::super::document::{Block, Table, dash, decimals, signed_percent};
 use super::super::gather::Run;
 use super::super::study::{Group, Study, fewest, first_seeds, row_at, task_title};
 use crate::evaluation::EvalReport;
@@ -102,10 +102,6 @@ fn difference(own: &EvalReport, main: &EvalReport) -> Option<[String; 2]> {
             [format!("{difference:+.4}"), signed_percent(difference / main_scores.d_geo_mean)]
         }
     })
-}
-
-fn dash() -> String {
-    "–".to_owned()
 }
 
 #[cfg(test)]

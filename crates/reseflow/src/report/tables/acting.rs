@@ -1,6 +1,6 @@
 //! Policies acting in the simulator, and how long a plan takes.
 
-use super::super::document::{Block, Table, percent};
+use super::super::document::{Block, Table, dash, percent};
 use super::super::pooling::OverSeeds;
 use super::super::study::{Study, learner_title, task_title};
 use crate::config::PlanChoice;
@@ -31,7 +31,7 @@ pub(in super::super) fn closed_loop(study: &Study) -> Block {
                 run.name.clone(),
                 task_title(&report.task),
                 learner_title(acting.learner),
-                report.steps.map_or_else(|| "–".to_owned(), |steps| steps.to_string()),
+                report.steps.map_or_else(dash, |steps| steps.to_string()),
                 actions(report),
                 if report.disturbed { "yes" } else { "no" }.to_owned(),
                 report.split.clone(),
@@ -53,13 +53,13 @@ pub(in super::super) fn closed_loop(study: &Study) -> Block {
                 format!("{} × {} training seeds", pool.name, acting.len()),
                 task_title(&report.task),
                 learner_title(acting[0].learner),
-                report.steps.map_or_else(|| "–".to_owned(), |steps| steps.to_string()),
+                report.steps.map_or_else(dash, |steps| steps.to_string()),
                 actions(report),
                 if report.disturbed { "yes" } else { "no" }.to_owned(),
                 report.split.clone(),
                 format!("{} of {}", sum(|report| report.successes), sum(|report| report.episodes)),
                 rate.shares(),
-                "–".to_owned(),
+                dash(),
             ]);
         }
     }
@@ -112,7 +112,7 @@ pub(in super::super) fn latency(study: &Study) -> Block {
         }
         for acting in &run.acting {
             if let Some(latency) = &acting.report.plan_latency_ms {
-                let steps = acting.report.steps.map_or_else(|| "–".to_owned(), |steps| steps.to_string());
+                let steps = acting.report.steps.map_or_else(dash, |steps| steps.to_string());
                 push(&learner_title(acting.learner), "whole, acting", steps, latency);
             }
         }

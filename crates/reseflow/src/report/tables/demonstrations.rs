@@ -1,6 +1,6 @@
 //! Data efficiency: the main method by the number of demonstrations that it learned from.
 
-use super::super::document::{Block, Table, decimals};
+use super::super::document::{Block, Table, dash, decimals};
 use super::super::gather::Run;
 use super::super::study::{Study, fewest, task_title};
 use crate::learners::Learner;
@@ -52,8 +52,4 @@ fn cells(scores: Option<&Scores>) -> [String; 2] {
     let interval = scores.d_geo_low.zip(scores.d_geo_high);
     let interval = interval.map(|(low, high)| format!("{low:.4} to {high:.4}"));
     [decimals(scores.d_geo_mean), interval.unwrap_or_else(dash)]
-}
-
-fn dash() -> String {
-    "–".to_owned()
 }

@@ -1,6 +1,6 @@
 //! Every score, and paired comparisons.
 
-use super::super::document::{Block, Table, decimals, optional, signed_percent};
+use super::super::document::{Block, Table, dash, decimals, optional, signed_percent};
 use super::super::study::{Study, fewest, learner_title, most, row_at, run_title, steps_title};
 use crate::evaluation::{EvalReport, StepRow};
 use crate::learners::Learner;
@@ -52,7 +52,7 @@ pub(in super::super) fn scores(study: &Study) -> Vec<Block> {
                 continue;
             };
             splits.push(&eval.split);
-            let none = || ["–".to_owned(), "–".to_owned()];
+            let none = || [dash(), dash()];
             table.row(cells("mean trajectory".to_owned(), &eval.split, none(), &trivial.mean_trajectory));
             table.row(cells(
                 "nearest demonstration".to_owned(),
@@ -85,7 +85,7 @@ pub(in super::super) fn scores(study: &Study) -> Vec<Block> {
 fn cells(name: String, split: &str, [steps, evaluations]: [String; 2], scores: &Scores) -> [String; 11] {
     let interval = match (scores.d_geo_low, scores.d_geo_high) {
         (Some(low), Some(high)) => format!("{low:.4} to {high:.4}"),
-        _ => "–".to_owned(),
+        _ => dash(),
     };
     [
         name,

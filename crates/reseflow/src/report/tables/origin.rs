@@ -1,6 +1,6 @@
 //! Where figures come from, and what they cost.
 
-use super::super::document::{Block, Table};
+use super::super::document::{Block, Table, dash};
 use super::super::gather::Run;
 use super::super::study::Study;
 
@@ -25,7 +25,6 @@ pub(in super::super) fn origin(study: &Study) -> Vec<Block> {
     );
     let mut folded = Vec::new();
     for run in &study.runs {
-        let dash = || "–".to_owned();
         let first = run.evals.first().map(|eval| &eval.report);
         let provenance = run.provenance();
         let seeds = first.and_then(|report| Some((*report.seeds.first()?, *report.seeds.last()?)));

@@ -1,6 +1,6 @@
 //! Table I of the paper, and its text, beside ours.
 
-use super::super::document::{Block, Table};
+use super::super::document::{Block, Table, dash};
 use super::super::paper::TASKS;
 use super::super::study::{Group, Study, fewest, learner_title, most, steps_title};
 use crate::evaluation::{EvalReport, StepRow};
@@ -90,8 +90,4 @@ fn spread(row: &StepRow) -> String {
 
 fn push(table: &mut Table, title: String, [door, painting, triangle]: [String; 3]) {
     table.row([title, door, painting, triangle]);
-}
-
-fn dash() -> String {
-    "–".to_owned()
 }

@@ -1,16 +1,24 @@
-//! The file `results.md`, made from `results.json`: README.md's table, then every error by integration steps and split, then the scenes
-//! with two experts.
+//! The file `results.md`, made from `results.json`: README.md's table, then every error by integration steps and split, then that of
+//! variants of the method, then the scenes with two experts.
 
 use super::document::{Table, dash, decimals, optional, percent};
 use super::markdown;
-use super::results::{PolicyResult, Results};
+use super::results::{PolicyResult, Results, RunResult};
 use super::study::steps_title;
 use super::summary;
 
-/// The tables, each under its title: the first two of the runs that stand for the main method, the last of all.
+/// The tables, each under its title: the first two of the runs that stand for the main method, the others of all.
 pub(super) fn markdown(headline: &Results, all: &Results) -> String {
     let mut text = summary::markdown(headline);
-    for (title, table) in [("Steps and splits", steps(headline)), ("Two experts", experts(all))] {
+    let splits =
+        "`wide`: objects where no demonstration has them; `turned`: the test scenes, each turned at random.";
+    let splits = by_steps(splits, summary::rows_of(headline));
+    let variants = "Of the same method with one thing changed.";
+    let variants =
+        by_steps(variants, all.runs.iter().filter(|run| !run.two_experts && run.variant.is_some()));
+    for (title, table) in
+        [("Steps and splits", splits), ("Variants", variants), ("Two experts", experts(all))]
+    {
         if !table.rows.is_empty() {
             text.push_str(&format!("\n## {title}\n\n{}", markdown::rows(&table)));
         }
@@ -18,30 +26,34 @@ pub(super) fn markdown(headline: &Results, all: &Results) -> String {
     text
 }
 
-/// D̄_geo of every policy by the number of integration steps, on every split.
-fn steps(results: &Results) -> Table {
-    let policies = || {
-        let runs = summary::rows_of(results);
-        runs.flat_map(|run| run.policies.iter().map(move |policy| (run, policy)))
-    };
+/// D̄_geo of every policy of `runs` by the number of integration steps, on every split.
+fn by_steps<'a>(which: &str, runs: impl Iterator<Item = &'a RunResult>) -> Table {
+    let policies: Vec<(&RunResult, &PolicyResult)> =
+        runs.flat_map(|run| run.policies.iter().map(move |policy| (run, policy))).collect();
     let mut counts: Vec<usize> =
-        policies().flat_map(|(_, policy)| policy.steps.iter().map(|row| row.steps)).collect();
+        policies.iter().flat_map(|(_, policy)| policy.steps.iter().map(|row| row.steps)).collect();
     counts.sort_unstable();
     counts.dedup();
     let fixed = ["task", "policy", "split", "scenes × seeds"].map(str::to_owned).into_iter();
     let mut table = Table {
-        caption: "D̄_geo by the number of integration steps (of ET-SEED: of noise levels); a regressor has one. `wide`: objects where \
-                  no demonstration has them; `turned`: the test scenes, each turned at random."
-            .to_owned(),
+        caption: format!(
+            "D̄_geo by the number of integration steps (of ET-SEED: of noise levels); a regressor has one. {which}"
+        ),
         header: fixed.chain(counts.iter().map(|count| steps_title(*count))).collect(),
         rows: Vec::new(),
     };
-    for (run, policy) in policies() {
+    for (run, policy) in policies {
         let at = |count: &usize| policy.steps.iter().find(|row| row.steps == *count);
         let errors =
             counts.iter().map(|count| at(count).map_or_else(dash, |row| decimals(row.error.d_geo_mean)));
+        let variant = run.variant.as_ref().map(|variant| format!(", {variant}")).unwrap_or_default();
         let PolicyResult { policy: name, split, episodes, noise_seeds, .. } = policy;
-        let fixed = [summary::title(run), name.clone(), split.clone(), format!("{episodes} × {noise_seeds}")];
+        let fixed = [
+            format!("{}{variant}", summary::title(run)),
+            name.clone(),
+            split.clone(),
+            format!("{episodes} × {noise_seeds}"),
+        ];
         table.rows.push(fixed.into_iter().chain(errors).collect());
     }
     table
@@ -83,18 +95,23 @@ mod tests {
     use crate::learners::Learner;
 
     #[test]
-    fn every_split_and_number_of_steps_has_its_cell_and_ablations_have_none() {
+    fn every_split_and_number_of_steps_has_its_cell_and_variants_have_a_table_of_their_own() {
         let main = scored(run("door-200", "door", 200, 1), Learner::Flow(1), &[(1, &[0.2]), (10, &[0.1])]);
         let main = scored(main, Learner::Regressor, &[(1, &[0.3])]);
         let mut twist = scored(run("door-200-twist", "door", 200, 1), Learner::Flow(1), &[(1, &[0.9])]);
         twist.variant = Some("twist".to_owned());
         let results = Results::of([main, twist].iter());
-        let table = steps(&results);
+        let table = by_steps("", summary::rows_of(&results));
         assert_eq!(table.header[3..], ["scenes × seeds", "1 step", "10 steps"]);
         let cells: Vec<String> = table.rows.iter().map(|row| row[1..].join(" ")).collect();
         assert_eq!(cells, ["Flow 1 test 1 × 1 0.2000 0.1000", "regressor test 1 × 1 0.3000 –"]);
         let text = markdown(&results, &results);
-        assert!(!text.contains("0.9000") && !text.contains("Two experts"), "{text}");
+        let (main, variants) = text.split_once("## Variants").unwrap();
+        assert!(!main.contains("0.9000") && !text.contains("Two experts"), "{text}");
+        assert!(
+            variants.contains("| Door opening (200), twist | Flow 1 | test | 1 × 1 | 0.9000 |"),
+            "{text}"
+        );
     }
 
     #[test]

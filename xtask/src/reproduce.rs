@@ -22,11 +22,11 @@ const PLAN: &str = "configs/reproduce.toml";
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     cargo xtask reproduce                  one training seed of everything, then the report\n  \
-    cargo xtask reproduce --full           and two more training seeds, and the ablations\n  \
+    cargo xtask reproduce --full           and velocities, other numbers of demonstrations, two more seeds, ablations\n  \
     cargo xtask reproduce --pretrained     no training: the policies in assets/pretrained\n  \
     cargo xtask reproduce --full --dry-run what would run")]
 pub(crate) struct Args {
-    /// Also two more training seeds and the ablations
+    /// Also velocities instead of endpoints, other numbers of demonstrations, two more training seeds, and the ablations
     #[arg(long, conflicts_with = "pretrained")]
     full: bool,
     /// Train nothing: score the policies that ship with the program

@@ -13,7 +13,7 @@ pub(super) fn markdown(headline: &Results, all: &Results) -> String {
     let splits =
         "`wide`: objects where no demonstration has them; `turned`: the test scenes, each turned at random.";
     let splits = by_steps(splits, summary::rows_of(headline));
-    let variants = "Of the same method with one thing changed.";
+    let variants = "Of the method with what the row names changed, and what has to change with it.";
     let variants =
         by_steps(variants, all.runs.iter().filter(|run| !run.two_experts && run.variant.is_some()));
     for (title, table) in
@@ -120,7 +120,12 @@ mod tests {
         let mut other = coin_toss("coin_toss-independent", 1, 0.1, 0.5);
         other.variant = Some("independent coupling".to_owned());
         let single = scored(run("door-200", "door", 200, 1), Learner::Flow(1), &[(1, &[0.2])]);
-        let rows = experts(&Results::of([main, other, single].iter())).rows;
+        let results = Results::of([main, other, single].iter());
+        assert!(
+            !markdown(&results, &results).contains("## Variants"),
+            "their variants are in their own table"
+        );
+        let rows = experts(&results).rows;
         let cells: Vec<String> = rows.iter().map(|row| row[1..].join(", ")).collect();
         let expected = [
             "–, Flow 2, 1, 5.0 %, 40.0 % / 60.0 %, 0.0200, 0.0500",

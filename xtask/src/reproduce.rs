@@ -22,7 +22,7 @@ const PLAN: &str = "configs/reproduce.toml";
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     cargo xtask reproduce                  one training seed of everything, then the report\n  \
-    cargo xtask reproduce --full           and velocities, other numbers of demonstrations, two more seeds, ablations\n  \
+    cargo xtask reproduce --full           and everything else that is planned\n  \
     cargo xtask reproduce --pretrained     no training: the policies in assets/pretrained\n  \
     cargo xtask reproduce --full --dry-run what would run")]
 pub(crate) struct Args {

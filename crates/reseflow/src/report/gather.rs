@@ -145,7 +145,7 @@ impl Run {
             stages,
             missing: Vec::new(),
         };
-        run.note_missing();
+        run.note_missing(&settings);
         Ok(run)
     }
 
@@ -180,16 +180,22 @@ impl Run {
         trained.then(|| self.find(&learner.name("checkpoint"))).flatten().or_else(named)
     }
 
-    fn note_missing(&mut self) {
+    /// Flow 2 and the baseline are missed only where the configuration has them.
+    fn note_missing(&mut self, settings: &toml::Table) {
+        let trained_none = self.shipped || self.config.is_none();
+        let asked = |table: &str| trained_none || settings.contains_key(table);
         let wanted = [
             (self.config.is_some(), "config.toml"),
             (!self.stages.is_empty(), "summary.json"),
             (!self.evals.is_empty(), "eval.json"),
             (
-                self.evals.iter().any(|eval| matches!(eval.learner, Learner::Flow(2..))),
+                !asked("reflow") || self.evals.iter().any(|eval| matches!(eval.learner, Learner::Flow(2..))),
                 "eval-2.json (Flow 2)",
             ),
-            (self.evals.iter().any(|eval| eval.learner == Learner::Baseline), "eval-baseline.json (ET-SEED)"),
+            (
+                !asked("baseline") || self.evals.iter().any(|eval| eval.learner == Learner::Baseline),
+                "eval-baseline.json (ET-SEED)",
+            ),
             (!self.acting.is_empty(), "rollout.json"),
             (self.find("data/train.npz").is_some(), "data/train.npz"),
             (self.find("data/test.npz").is_some(), "data/test.npz"),

@@ -175,6 +175,13 @@ fn what_is_missing_is_said_and_what_is_broken_is_refused() {
         assert!(left_out.contains(part), "{part}: {left_out}");
     }
     check_well_formed(std::str::from_utf8(&bench.bytes("report/report.html")).unwrap());
+    let policies = ["eval-2.json", "eval-baseline.json"];
+    assert!(policies.iter().all(|part| !left_out.contains(part)), "nobody asked for them: {left_out}");
+    fs::create_dir_all(bench.path("runs/whole")).unwrap();
+    let asked = "name = \"whole\"\ntask = \"door\"\n[reflow]\n[baseline]\n";
+    fs::write(bench.path("runs/whole/config.toml"), asked).unwrap();
+    let left_out = bench.json("report runs/whole --out whole --json")["left_out"].to_string();
+    assert!(policies.iter().all(|part| left_out.contains(part)), "{left_out}");
 
     let before = bench.bytes("report/report.html");
     let broken = [

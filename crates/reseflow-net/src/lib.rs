@@ -6,8 +6,7 @@
 //! node predicts every pose; the consensus of the nodes is the flow's endpoint (or, with [`Parameterisation::Twist`], its velocity).
 //!
 //! Everything is exactly equivariant under SE(3) and not under reflections: vectors mix only through sums, invariant gates and
-//! cross products, and positions enter relative to the cloud's centroid. The one exception is asked for by name, as a control:
-//! [`Symmetry::None`].
+//! cross products, and positions enter relative to the cloud's centroid. The exceptions are asked for by name: [`Symmetry`].
 //!
 //! Beside it stands an SE(3)-Transformer for features of any degree: [`irreps`] has the mathematics, [`degrees`] the layers, and
 //! [`SE3Transformer`] and [`SE3ManiNet`] are built of them. So is what the encoder has beside degrees 0 and 1 where

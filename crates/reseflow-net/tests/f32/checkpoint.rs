@@ -6,7 +6,7 @@ use burn::tensor::Device;
 use reseflow_net::{DriftNet, DriftNetConfig, Parameterisation};
 
 use crate::support::laws::example;
-use crate::support::plain::plain;
+use crate::support::plain::{plain, upright};
 use crate::support::trajectory::{Trajectory, predict_one};
 use crate::support::twists::{in_twist_form, numbers, twists};
 use crate::support::weights::{drawn_net, shaken_net};
@@ -85,6 +85,7 @@ fn a_configuration_that_chooses_nothing_is_written_as_before_there_were_choices(
     for (key, value, config) in [
         ("parameterisation", "\"twist\"", in_twist_form(DriftNetConfig::default())),
         ("symmetry", "\"none\"", plain(DriftNetConfig::default())),
+        ("symmetry", "\"upright\"", upright(DriftNetConfig::default())),
         ("max_degree", "3", of_degree(3, DriftNetConfig::default())),
     ] {
         assert!(!written(DriftNetConfig::default()).contains(key), "{key}");

@@ -219,6 +219,11 @@ fn a_plain_network_turns_with_no_world_and_shifts_with_none() {
 }
 
 #[test]
+fn an_upright_network_moves_with_the_world_until_it_is_tilted() {
+    plain::an_upright_network_moves_with_the_world_until_it_is_tilted(1e-5);
+}
+
+#[test]
 fn a_plain_network_that_looks_away_from_the_world_turns_with_it() {
     plain::a_plain_network_that_looks_away_from_the_world_turns_with_it(1e-5);
 }

@@ -1,8 +1,10 @@
-//! The network that is not equivariant: it must fail the laws of the other, and by nothing but what it is told of the world.
+//! The network that is not equivariant, which must fail the laws of the other, and by nothing but what it is told of the world; and the
+//! one that is told the vertical alone, and must fail only those about tilts.
 
 use burn::module::{Module, ModuleMapper, Param};
 use burn::tensor::{Device, Tensor};
-use reseflow_lie::Vector3;
+use rand::RngExt;
+use reseflow_lie::{SO3, Vector3};
 use reseflow_net::{DriftNet, DriftNetConfig, Symmetry};
 
 use super::laws::example;
@@ -20,6 +22,11 @@ const CAUGHT_M: f64 = 2e-3;
 /// `config` without its symmetry.
 pub(crate) fn plain(config: DriftNetConfig) -> DriftNetConfig {
     DriftNetConfig { symmetry: Symmetry::None, ..config }
+}
+
+/// `config` with the vertical.
+pub(crate) fn upright(config: DriftNetConfig) -> DriftNetConfig {
+    DriftNetConfig { symmetry: Symmetry::Upright, ..config }
 }
 
 fn deviation(net: &DriftNet, index: u64, world: &World, device: &Device) -> Deviation {
@@ -46,6 +53,32 @@ pub(crate) fn a_plain_network_turns_with_no_world_and_shifts_with_none() {
                     assert_caught(&format!("{what}, rotations"), found.rotation, CAUGHT);
                 }
             }
+        }
+    }
+}
+
+pub(crate) fn an_upright_network_moves_with_the_world_until_it_is_tilted(tolerance: f64) {
+    for (name, device) in devices() {
+        for index in 0..6 {
+            let mut rng = rng(15_200 + index);
+            let config = upright(if index < 2 { DriftNetConfig::default() } else { small() });
+            let net = shaken_net(&config, &device, &mut rng);
+            let yaw = rng.random_range(-3.0..3.0);
+            let tilt = rng.random_range(0.3..1.5);
+            let moved = |axis: Vector3<f64>, angle: f64, shift: Vector3<f64>| World {
+                turn: SO3::exp(&(axis * angle)).matrix(),
+                shift,
+            };
+            let level = moved(Vector3::z(), yaw, World::rigid(&mut rng).shift);
+            let found = deviation(&net, index, &level, &device).largest();
+            assert_small(
+                &format!("{name} upright network, turned about the vertical and shifted"),
+                found,
+                tolerance,
+            );
+            let tilted = moved(Vector3::x(), tilt, Vector3::zeros());
+            let found = deviation(&net, index, &tilted, &device);
+            assert_caught(&format!("{name} upright network, tilted, rotations"), found.rotation, CAUGHT);
         }
     }
 }

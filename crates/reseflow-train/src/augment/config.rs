@@ -38,6 +38,10 @@ pub struct AugmentConfig {
     pub redraw_share: f64,
     /// Share of windows that are seen in a mirror: the plane in which the gripper is its own mirror image.
     pub mirror_share: f64,
+    /// Whether the mirror stands upright, in the plane nearest to that one: the gripper then moves too, and what is up stays up. For a
+    /// network that sees which way that is; to an equivariant one both mirrors show the same.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub mirror_upright: bool,
     /// Share of windows in which gripper and actions are turned by π about the approach axis: the gripper's other symmetry.
     pub half_turn_share: f64,
     /// Whether the whole scene is turned at random about the cloud's centroid: cloud, gripper, noise and actions. It teaches an
@@ -67,6 +71,7 @@ impl AugmentConfig {
         swirl_std_rad: 0.0,
         redraw_share: 0.0,
         mirror_share: 0.0,
+        mirror_upright: false,
         half_turn_share: 0.0,
         scene_rotation: false,
     };

@@ -2,10 +2,13 @@
 
 use reseflow_lie::{Matrix3, SE3, SO3, Vector3};
 
-/// The reflection in the plane through the gripper's origin across its x axis.
+/// How long the horizontal part of an axis must be to have a direction.
+const LEVEL: f64 = 1e-6;
+
+/// The reflection in a plane through the gripper's origin.
 ///
-/// A parallel gripper is its own mirror image in that plane, so the mirrored pose R ↦ S R D with D = diag(−1, 1, 1) is again a
-/// pose of the same gripper, and the gripper that spans the plane stays where it is.
+/// A parallel gripper is its own mirror image in the plane across its x axis, so the mirrored pose R ↦ S R D with D = diag(−1, 1, 1) is
+/// again a pose of the same gripper. Where that very plane is the mirror, the gripper stays where it is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mirror {
     point_m: Vector3<f64>,
@@ -17,6 +20,14 @@ impl Mirror {
     pub(super) fn of_gripper(world_from_gripper: &SE3) -> Self {
         let normal = world_from_gripper.rotation.act(&Vector3::x());
         Self { point_m: world_from_gripper.translation, normal }
+    }
+
+    /// The upright plane that is nearest to the one across the gripper's x axis: what is up stays up. There is none where that axis
+    /// points straight up or down.
+    pub(super) fn upright(world_from_gripper: &SE3) -> Option<Self> {
+        let Self { point_m, mut normal } = Self::of_gripper(world_from_gripper);
+        normal.z = 0.0;
+        normal.try_normalize(LEVEL).map(|normal| Self { point_m, normal })
     }
 
     fn position(&self, position_m: Vector3<f64>) -> Vector3<f64> {
@@ -56,6 +67,24 @@ mod tests {
         Mirror::of_gripper(&gripper).pose(&mut mirrored);
         let apart = geodesic_distance(&gripper, &mirrored);
         assert!(apart.rotation_rad < 1e-12 && apart.translation_m < 1e-12, "{apart:?}");
+    }
+
+    #[test]
+    fn an_upright_mirror_keeps_heights_and_which_way_is_up() {
+        let gripper = pose(0.8, [0.3, -0.2, 0.4]);
+        let mirror = Mirror::upright(&gripper).unwrap();
+        for point in [[0.5, 0.1, -0.7], [-0.2, 0.9, 0.3]].map(Vector3::from) {
+            let seen = mirror.position(point);
+            assert!((seen.z - point.z).abs() < 1e-12 && (seen - point).norm() > 0.1, "{seen}");
+        }
+        let tilt = |pose: &SE3| pose.rotation.act(&Vector3::z()).z;
+        let mut mirrored = pose(2.0, [0.5, 0.1, -0.7]);
+        let before = tilt(&mirrored);
+        mirror.pose(&mut mirrored);
+        assert!((tilt(&mirrored) - before).abs() < 1e-12, "the approach is as steep as it was");
+        let along_the_vertical =
+            SE3::new(SO3::exp(&(Vector3::y() * std::f64::consts::FRAC_PI_2)), Vector3::zeros());
+        assert!(Mirror::upright(&along_the_vertical).is_none(), "every upright plane is as near");
     }
 
     #[test]

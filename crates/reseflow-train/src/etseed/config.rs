@@ -47,8 +47,8 @@ impl EtSeedConfig {
         ModelConfig { network: self.network.clone(), ..ModelConfig::default() }.validate()?;
         if self.network.symmetry != Symmetry::SE3 {
             return Err(TrainError::Config(
-                "model.network.symmetry = \"none\" is for the flows and the regressor, and the baseline's network is equivariant; \
-                 use \"se3\", or leave out the table baseline"
+                "model.network.symmetry other than \"se3\" is for the flows and the regressor, and the baseline's network is \
+                 equivariant; use \"se3\", or leave out the table baseline"
                     .to_owned(),
             ));
         }

@@ -22,10 +22,12 @@ fn a_loaded_policy_of_higher_degrees_predicts_what_the_trained_one_did() {
 }
 
 #[test]
-fn a_loaded_policy_without_symmetry_predicts_what_the_trained_one_did() {
-    let mut model = tiny_model();
-    model.network.symmetry = Symmetry::None;
-    reads_back_what_was_trained(&model);
+fn a_loaded_policy_of_less_symmetry_predicts_what_the_trained_one_did() {
+    for symmetry in [Symmetry::Upright, Symmetry::None] {
+        let mut model = tiny_model();
+        model.network.symmetry = symmetry;
+        reads_back_what_was_trained(&model);
+    }
 }
 
 fn reads_back_what_was_trained(model: &ModelConfig) {

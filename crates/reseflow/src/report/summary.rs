@@ -9,7 +9,7 @@ use crate::config::PlanChoice;
 use crate::learners::Learner;
 
 /// Actions in a plan.
-const PLAN: usize = 10;
+pub(super) const PLAN: usize = 10;
 
 /// The policies that have a row, in this order.
 const POLICIES: [Learner; 3] = [Learner::Flow(1), Learner::Flow(2), Learner::Baseline];
@@ -24,9 +24,7 @@ pub(super) fn markdown(results: &Results) -> String {
 /// Every policy on the test split, few steps and many, and what it does in the simulator; scenes with two experts have no row.
 pub(super) fn table(results: &Results) -> Table {
     let runs = || rows_of(results);
-    let policies = || runs().flat_map(|run| POLICIES.iter().filter_map(|learner| run.on_test(*learner)));
-    let few = fewest_steps(results);
-    let many = policies().filter_map(PolicyResult::most).map(|row| row.steps).max().unwrap_or(1);
+    let (few, many) = (fewest_steps(results), most_steps(results));
     let (one_title, many_title) =
         (format!("D̄_geo, {}", steps_title(few)), format!("D̄_geo, {}", steps_title(many)));
     let sentences: Vec<String> =
@@ -92,10 +90,17 @@ pub(super) fn rows_of(results: &Results) -> impl Iterator<Item = &RunResult> {
 }
 
 /// The fewest integration steps of the first policy: those of the first column of errors.
-fn fewest_steps(results: &Results) -> usize {
-    let mut policies =
-        rows_of(results).flat_map(|run| POLICIES.iter().filter_map(|learner| run.on_test(*learner)));
-    policies.find_map(PolicyResult::fewest).map_or(1, |row| row.steps)
+pub(super) fn fewest_steps(results: &Results) -> usize {
+    policies(results).find_map(PolicyResult::fewest).map_or(1, |row| row.steps)
+}
+
+/// The most integration steps of any policy: those of the second column of errors.
+pub(super) fn most_steps(results: &Results) -> usize {
+    policies(results).filter_map(PolicyResult::most).map(|row| row.steps).max().unwrap_or(1)
+}
+
+fn policies(results: &Results) -> impl Iterator<Item = &PolicyResult> {
+    rows_of(results).flat_map(|run| POLICIES.iter().filter_map(|learner| run.on_test(*learner)))
 }
 
 /// What the columns mean, and where the numbers come from: sentences about one column each.
@@ -198,7 +203,7 @@ fn parts(error: &ErrorResult) -> String {
 }
 
 /// The first rollouts on the test split of those that `counts`.
-fn acting(
+pub(super) fn acting(
     run: &RunResult,
     learner: Learner,
     steps: usize,

@@ -1,5 +1,5 @@
-//! To which motions the network is equivariant, and what one that is not equivariant to all is told beside: where up is, or where all of
-//! the world's axes point and where in the world things are.
+//! To which motions the network is equivariant. One that is not equivariant to all is told more: which way is up, or which way all of the
+//! world's axes point and where in the world things are.
 //!
 //! With the three axes among the vectors, scalars can be components of any vector and vectors can have any components, so any function of
 //! world coordinates can be learned. Everything else stays as it is, which makes the networks worth comparing.
@@ -50,7 +50,7 @@ impl Symmetry {
     /// - output: `[3, B·R, V]`, `[3, B·R, V + 1]` or `[3, B·R, V + 4]`
     pub(crate) fn seen(self, relative: Tensor<3>, position: usize, origins_m: &[[f64; 3]]) -> Tensor<3> {
         let [_, rows, _] = relative.dims();
-        let axes = |axes: &[[f32; 3]]| world_axes(axes, rows, &relative.device());
+        let axes = |axes: &[[f64; 3]]| world_axes(axes, rows, &relative.device());
         match self {
             Symmetry::SE3 => relative,
             Symmetry::Upright => {
@@ -66,14 +66,13 @@ impl Symmetry {
     }
 }
 
-const VERTICAL: [f32; 3] = [0.0, 0.0, 1.0];
-const WORLD_AXES: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], VERTICAL];
+const VERTICAL: [f64; 3] = [0.0, 0.0, 1.0];
+const WORLD_AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], VERTICAL];
 
 /// The axes, the same in every row, `[3, rows, axes]`.
-fn world_axes(axes: &[[f32; 3]], rows: usize, device: &Device) -> Tensor<3> {
-    let component = |component: usize| {
-        (0..rows).flat_map(move |_| axes.iter().map(move |axis| f64::from(axis[component])))
-    };
+fn world_axes(axes: &[[f64; 3]], rows: usize, device: &Device) -> Tensor<3> {
+    let component =
+        |component: usize| (0..rows).flat_map(move |_| axes.iter().map(move |axis| axis[component]));
     floats((0..3).flat_map(component).collect(), [3, rows, axes.len()], device)
 }
 

@@ -1,7 +1,7 @@
 //! What a policy is made of and how it is trained.
 
 use reseflow_flow::{ObjectiveConfig, Path, PoseError, Prior, TimeSampling};
-use reseflow_net::{DriftNetConfig, Parameterisation, Symmetry};
+use reseflow_net::{DriftNetConfig, Parameterisation};
 use serde::{Deserialize, Serialize};
 
 use crate::{AugmentConfig, Optimizer, TrainError};
@@ -58,11 +58,6 @@ impl ModelConfig {
             ));
         }
         Ok(self.prior.validate()?)
-    }
-
-    /// Whether a moved scene has the moved answer, by the network's construction.
-    pub fn is_equivariant(&self) -> bool {
-        self.network.symmetry == Symmetry::SE3
     }
 
     /// Whether noise is drawn about the gripper, not about the cloud.

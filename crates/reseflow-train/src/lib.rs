@@ -39,6 +39,7 @@ pub use policy::{Drawn, PolicySample, TrainedPolicy};
 pub use reflow::{Mixture, MixtureConfig, ReflowConfig};
 pub use request::{Resume, TrainRequest};
 pub use reseflow_flow::{AdaptiveConfig, DiffusionConfig, Solver, Straightness};
+pub use reseflow_net::Symmetry;
 pub use timing::PlanTimes;
 pub use trainable::{PolicyKind, Trainable};
 pub use trainer::{TrainObserver, TrainSummary, UpdateMetrics, train};

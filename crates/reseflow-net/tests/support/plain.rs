@@ -63,44 +63,52 @@ pub(crate) fn an_upright_network_moves_with_the_world_until_it_is_tilted(toleran
             let mut rng = rng(15_200 + index);
             let config = upright(if index < 2 { DriftNetConfig::default() } else { small() });
             let net = shaken_net(&config, &device, &mut rng);
-            let yaw = rng.random_range(-3.0..3.0);
-            let tilt = rng.random_range(0.3..1.5);
             let moved = |axis: Vector3<f64>, angle: f64, shift: Vector3<f64>| World {
                 turn: SO3::exp(&(axis * angle)).matrix(),
                 shift,
             };
-            let level = moved(Vector3::z(), yaw, World::rigid(&mut rng).shift);
+            let level = moved(Vector3::z(), rng.random_range(-3.0..3.0), World::rigid(&mut rng).shift);
+            let tilted = moved(Vector3::x(), rng.random_range(0.3..1.5), Vector3::zeros());
             let found = deviation(&net, index, &level, &device).largest();
-            assert_small(
-                &format!("{name} upright network, turned about the vertical and shifted"),
-                found,
-                tolerance,
-            );
-            let tilted = moved(Vector3::x(), tilt, Vector3::zeros());
-            let found = deviation(&net, index, &tilted, &device);
-            assert_caught(&format!("{name} upright network, tilted, rotations"), found.rotation, CAUGHT);
+            assert_small(&format!("{name} upright network, level"), found, tolerance);
+            for eyes in [&EYES[..1], &EYES[1..]] {
+                let found = deviation(&blindfolded(&net, eyes, 1), index, &tilted, &device).rotation;
+                assert_caught(&format!("{name} upright network, tilted, without {eyes:?}"), found, CAUGHT);
+            }
+            let found = deviation(&blindfolded(&net, &EYES, 1), index, &tilted, &device).largest();
+            assert_small(&format!("{name} upright network, looking away"), found, tolerance);
         }
     }
 }
 
-/// Sets the weights to zero by which the world's four vectors enter.
-struct Blindfold {
+/// Where the world's vectors enter, as the last ones: at the centres and at the tokens.
+const EYES: [&str; 2] = ["encoder.place_vectors.weight", "decoder.vector_input.weight"];
+
+/// `net` with zeros for the weights by which the world's vectors enter at `eyes`.
+fn blindfolded(net: &DriftNet, eyes: &[&str], vectors: usize) -> DriftNet {
+    let mut blindfold = Blindfold { eyes, vectors, path: Vec::new(), found: 0 };
+    let blind = net.clone().map(&mut blindfold);
+    assert_eq!(blindfold.found, eyes.len(), "{eyes:?}");
+    blind
+}
+
+struct Blindfold<'a> {
+    eyes: &'a [&'a str],
+    vectors: usize,
     path: Vec<String>,
     found: usize,
 }
 
-impl ModuleMapper for Blindfold {
+impl ModuleMapper for Blindfold<'_> {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        if !["encoder.place_vectors.weight", "decoder.vector_input.weight"]
-            .contains(&self.path.join(".").as_str())
-        {
+        if !self.eyes.contains(&self.path.join(".").as_str()) {
             return param;
         }
         self.found += 1;
         param.map(|weights| {
             let shape = weights.dims();
             let mut kept = values(&weights);
-            let of_the_world = 4 * shape[D - 1];
+            let of_the_world = self.vectors * shape[D - 1];
             let relative = kept.len() - of_the_world;
             kept[relative..].fill(0.0);
             tensor(kept, shape, &weights.device())
@@ -121,16 +129,13 @@ pub(crate) fn a_plain_network_that_looks_away_from_the_world_turns_with_it(toler
         for index in 0..6 {
             let mut rng = rng(15_100 + index);
             let net = shaken_net(&plain(small()), &device, &mut rng);
-            let mut blindfold = Blindfold { path: Vec::new(), found: 0 };
-            let blind = net.clone().map(&mut blindfold);
-            assert_eq!(blindfold.found, 2, "the world enters at the centres and at the tokens");
             let world = World::rigid(&mut rng);
             assert_caught(
                 &format!("{name} plain network"),
                 deviation(&net, index, &world, &device).largest(),
                 CAUGHT,
             );
-            let found = deviation(&blind, index, &world, &device).largest();
+            let found = deviation(&blindfolded(&net, &EYES, 4), index, &world, &device).largest();
             assert_small(&format!("{name} plain network, looking away"), found, tolerance);
         }
     }

@@ -36,17 +36,18 @@ pub struct AugmentConfig {
     /// not bent. For tasks that follow a drawn curve, for a network that sees one frame and no grasp, and for noise about the gripper:
     /// others are refused ([`crate::ModelConfig::validate_training`]). Demonstrations with shoves are never redrawn.
     pub redraw_share: f64,
-    /// Share of windows that are seen in a mirror: the plane in which the gripper is its own mirror image.
+    /// Share of windows that are seen in a mirror: the plane across the gripper's x axis, in which it is its own mirror image.
     pub mirror_share: f64,
-    /// Whether the mirror stands upright, in the plane nearest to that one: the gripper then moves too, and what is up stays up. For a
-    /// network that sees which way that is; to an equivariant one both mirrors show the same.
+    /// Whether the mirror stands upright, as near as that allows to the gripper's other such plane, across the way in which it closes: what
+    /// is up stays up. For a network that sees which way that is ([`reseflow_net::Symmetry`]), and refused by an experiment's configuration
+    /// beside another, to which both mirrors show the same up to a half-turn.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub mirror_upright: bool,
     /// Share of windows in which gripper and actions are turned by π about the approach axis: the gripper's other symmetry.
     pub half_turn_share: f64,
     /// Whether the whole scene is turned at random about the cloud's centroid: cloud, gripper, noise and actions. It teaches an
-    /// equivariant network nothing, as its loss stays what it is; it is for one that is not ([`reseflow_net::Symmetry::None`]), and an
-    /// experiment's configuration refuses it beside another.
+    /// equivariant network nothing, as its loss stays what it is; it is for one without any symmetry ([`reseflow_net::Symmetry::None`]), and
+    /// an experiment's configuration refuses it beside another.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub scene_rotation: bool,
 }

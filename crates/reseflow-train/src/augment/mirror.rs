@@ -7,27 +7,32 @@ const LEVEL: f64 = 1e-6;
 
 /// The reflection in a plane through the gripper's origin.
 ///
-/// A parallel gripper is its own mirror image in the plane across its x axis, so the mirrored pose R ↦ S R D with D = diag(−1, 1, 1) is
-/// again a pose of the same gripper. Where that very plane is the mirror, the gripper stays where it is.
+/// A parallel gripper is its own mirror image in the plane across its x axis and in the one across its y axis, along which it closes. So
+/// the mirrored pose R ↦ S R D is again a pose of the same gripper, with D = diag(−1, 1, 1) or diag(1, −1, 1), and a gripper whose own plane
+/// is the mirror stays where it is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mirror {
     point_m: Vector3<f64>,
     /// The plane's normal, a unit vector.
     normal: Vector3<f64>,
+    /// The diagonal of D.
+    gripper: Vector3<f64>,
 }
 
 impl Mirror {
+    /// The plane across the gripper's x axis: the gripper stays where it is.
     pub(super) fn of_gripper(world_from_gripper: &SE3) -> Self {
         let normal = world_from_gripper.rotation.act(&Vector3::x());
-        Self { point_m: world_from_gripper.translation, normal }
+        Self { point_m: world_from_gripper.translation, normal, gripper: Vector3::new(-1.0, 1.0, 1.0) }
     }
 
-    /// The upright plane that is nearest to the one across the gripper's x axis: what is up stays up. There is none where that axis
-    /// points straight up or down.
+    /// The upright plane nearest to the one across the gripper's y axis, so that what is up stays up, and where the fingers close level the
+    /// gripper stays where it is. There is none where they close straight up and down.
     pub(super) fn upright(world_from_gripper: &SE3) -> Option<Self> {
-        let Self { point_m, mut normal } = Self::of_gripper(world_from_gripper);
+        let mut normal = world_from_gripper.rotation.act(&Vector3::y());
         normal.z = 0.0;
-        normal.try_normalize(LEVEL).map(|normal| Self { point_m, normal })
+        let normal = normal.try_normalize(LEVEL)?;
+        Some(Self { point_m: world_from_gripper.translation, normal, gripper: Vector3::new(1.0, -1.0, 1.0) })
     }
 
     fn position(&self, position_m: Vector3<f64>) -> Vector3<f64> {
@@ -42,8 +47,7 @@ impl Mirror {
 
     pub(super) fn pose(&self, pose: &mut SE3) {
         let reflection = Matrix3::identity() - 2.0 * self.normal * self.normal.transpose();
-        let mirrored =
-            reflection * pose.rotation.matrix() * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0));
+        let mirrored = reflection * pose.rotation.matrix() * Matrix3::from_diagonal(&self.gripper);
         // A product of two reflections and a rotation is a rotation, so this never fails.
         if let Ok(rotation) = SO3::from_matrix(&mirrored) {
             *pose = SE3::new(rotation, self.position(pose.translation));
@@ -70,21 +74,27 @@ mod tests {
     }
 
     #[test]
-    fn an_upright_mirror_keeps_heights_and_which_way_is_up() {
+    fn an_upright_mirror_keeps_heights_and_a_gripper_that_closes_level() {
         let gripper = pose(0.8, [0.3, -0.2, 0.4]);
         let mirror = Mirror::upright(&gripper).unwrap();
-        for point in [[0.5, 0.1, -0.7], [-0.2, 0.9, 0.3]].map(Vector3::from) {
-            let seen = mirror.position(point);
-            assert!((seen.z - point.z).abs() < 1e-12 && (seen - point).norm() > 0.1, "{seen}");
-        }
-        let tilt = |pose: &SE3| pose.rotation.act(&Vector3::z()).z;
-        let mut mirrored = pose(2.0, [0.5, 0.1, -0.7]);
-        let before = tilt(&mirrored);
+        let point = Vector3::new(0.5, 0.1, -0.7);
+        let seen = mirror.position(point);
+        assert!((seen.z - point.z).abs() < 1e-12 && (seen - point).norm() > 0.1, "{seen}");
+        let mut mirrored = gripper;
         mirror.pose(&mut mirrored);
-        assert!((tilt(&mirrored) - before).abs() < 1e-12, "the approach is as steep as it was");
-        let along_the_vertical =
-            SE3::new(SO3::exp(&(Vector3::y() * std::f64::consts::FRAC_PI_2)), Vector3::zeros());
-        assert!(Mirror::upright(&along_the_vertical).is_none(), "every upright plane is as near");
+        let tilt = |pose: &SE3| pose.rotation.act(&Vector3::z()).z;
+        assert!((tilt(&mirrored) - tilt(&gripper)).abs() < 1e-12, "the approach is as steep as it was");
+        assert!(geodesic_distance(&gripper, &mirrored).rotation_rad > 0.1, "this one closes aslant");
+        let turned =
+            |axis: Vector3<f64>, angle: f64| SE3::new(SO3::exp(&(axis * angle)), gripper.translation);
+        // The fingers close along y, whatever the turn about it.
+        let level = turned(Vector3::y(), 0.7);
+        let mut kept = level;
+        Mirror::upright(&level).unwrap().pose(&mut kept);
+        let apart = geodesic_distance(&level, &kept);
+        assert!(apart.rotation_rad < 1e-12 && apart.translation_m < 1e-12, "{apart:?}");
+        let steep = turned(Vector3::x(), std::f64::consts::FRAC_PI_2);
+        assert!(Mirror::upright(&steep).is_none(), "every upright plane is as near");
     }
 
     #[test]

@@ -310,6 +310,36 @@ mod tests {
     }
 
     #[test]
+    fn an_upright_mirror_shows_the_gripper_its_other_mirror_image() {
+        let config = AugmentConfig { mirror_share: 1.0, mirror_upright: true, ..AugmentConfig::NONE };
+        let before = seen();
+        let drawn = Augmentation::draw(0, &before, &next(), &[], &config, &mut rng(1));
+        let (mut after, mut actions, mut noise) =
+            (before.clone(), chunk(pose(2.0, [0.3; 3])), chunk(pose(1.0, [0.2; 3])));
+        drawn.observation(&mut after);
+        drawn.actions(&mut actions);
+        drawn.noise(&mut noise, true);
+        let fingers = Vector3::new(1.0, -1.0, 1.0);
+        let relative = |seen: &Observation, point: [f32; 3]| {
+            seen.world_from_gripper.inverse().act(&Vector3::from(point.map(f64::from)))
+        };
+        for (new, old) in after.cloud.points.iter().zip(&before.cloud.points) {
+            let (new, old, height) = (relative(&after, *new), relative(&before, *old), new[2] - old[2]);
+            assert!((new - old.component_mul(&fingers)).norm() < 1e-6 && height.abs() < 1e-6);
+        }
+        for (new, old) in [(&actions, pose(2.0, [0.3; 3])), (&noise, pose(1.0, [0.2; 3]))] {
+            let new = after.world_from_gripper.inverse() * first(new);
+            let old = before.world_from_gripper.inverse() * old;
+            assert!((new.translation - old.translation.component_mul(&fingers)).norm() < 1e-9);
+            // Two reflections: D R D.
+            for (axis, sign) in [(Vector3::x(), 1.0), (Vector3::y(), -1.0), (Vector3::z(), 1.0)] {
+                let expected = old.rotation.act(&axis).component_mul(&fingers) * sign;
+                assert!((new.rotation.act(&axis) - expected).norm() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
     fn a_half_turn_swaps_the_fingers_of_gripper_noise_and_actions() {
         let config = AugmentConfig { half_turn_share: 1.0, ..AugmentConfig::NONE };
         let before = seen();

@@ -1,4 +1,5 @@
-//! Training scenes turned at random: to an equivariant network they say nothing new, to one that is not they are other scenes.
+//! Training scenes turned at random: to an equivariant network they say nothing new, to one that sees any of the world's axes they are other
+//! scenes.
 
 use reseflow_data::{Dataset, FlowPair, ObservationHistory, Split, Window, WindowPairs};
 use reseflow_flow::{PriorFrame, TimeSampling};
@@ -63,7 +64,7 @@ fn pair(history: &ObservationHistory, model: &ModelConfig) -> Vec<WindowPairs> {
 
 /// The regressor starts out from the gripper and its targets are the demonstration; of a flow's pair both ends were recorded.
 #[test]
-fn a_turned_scene_has_the_same_loss_for_an_equivariant_network_and_another_for_a_plain_one() {
+fn a_turned_scene_has_the_same_loss_for_an_equivariant_network_and_another_for_one_that_sees_axes() {
     let data = demonstrations(Split::Train, 1);
     let pairs = pair(&histories(&data, 0)[0], &tiny_model());
     for regression in [true, false] {

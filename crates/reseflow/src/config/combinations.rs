@@ -1,6 +1,6 @@
 //! What the tables of an experiment exclude of each other: every refusal says why.
 
-use reseflow_train::Keep;
+use reseflow_train::{Keep, Symmetry};
 
 use super::{ExperimentConfig, RolloutVariant, SolverChoice};
 
@@ -21,12 +21,36 @@ impl ExperimentConfig {
         if self.model.regression {
             self.validate_regression()?;
         }
-        if self.pretrained.is_none() && self.train.augment.scene_rotation && self.model.is_equivariant() {
+        if self.pretrained.is_none() {
+            self.validate_symmetry()?;
+        }
+        Ok(())
+    }
+
+    /// Checks that training scenes are changed in no way that the network cannot use, or must not see.
+    fn validate_symmetry(&self) -> Result<(), String> {
+        let (symmetry, augment) = (self.model.network.symmetry, &self.train.augment);
+        if augment.scene_rotation && symmetry != Symmetry::None {
             return Err(
-                "`train.augment.scene_rotation` is true, which teaches an equivariant network nothing, expected \
-                 `model.network.symmetry` = \"none\" beside it"
+                "`train.augment.scene_rotation` is true, which teaches an equivariant network nothing and shows one that is told which \
+                 way is up what it never meets, expected `model.network.symmetry` = \"none\" beside it"
                     .to_owned(),
             );
+        }
+        let mirrors = augment.mirror_share > 0.0;
+        if augment.mirror_upright && (symmetry == Symmetry::SE3 || !mirrors) {
+            return Err(
+                "`train.augment.mirror_upright` is true, which is for networks that know which way is up and for mirrors, expected \
+                 `model.network.symmetry` = \"upright\" or \"none\" and a `train.augment.mirror_share` above 0 beside it"
+                    .to_owned(),
+            );
+        }
+        if symmetry != Symmetry::SE3 && mirrors && !augment.mirror_upright && !augment.scene_rotation {
+            return Err(format!(
+                "`train.augment.mirror_share` is {} in a gripper's own plane, which turns scenes over, and \
+                 `model.network.symmetry` is not \"se3\", expected `train.augment.mirror_upright` = true beside it",
+                augment.mirror_share
+            ));
         }
         Ok(())
     }
@@ -152,15 +176,37 @@ mod tests {
     }
 
     #[test]
-    fn turned_scenes_are_for_networks_that_are_not_equivariant() {
-        let turned = "train.augment.scene_rotation=true";
-        let fault = verdict(&[turned]).unwrap_err();
-        assert!(
-            ["`train.augment.scene_rotation`", "`model.network.symmetry`"]
-                .iter()
-                .all(|key| fault.contains(key))
+    fn scenes_are_turned_and_mirrored_as_the_networks_symmetry_asks() {
+        let (turned, mirrored) = ("train.augment.scene_rotation=true", "train.augment.mirror_share=0.5");
+        let (level, upright, none) = (
+            "train.augment.mirror_upright=true",
+            "model.network.symmetry=upright",
+            "model.network.symmetry=none",
         );
-        verdict(&[turned, "model.network.symmetry=none"]).unwrap();
+        for sets in [
+            &[turned, none][..],
+            &[turned, none, mirrored],
+            &[mirrored, none, level],
+            &[mirrored, upright, level],
+            &[mirrored],
+            &[upright],
+            &["pretrained=door", upright, mirrored],
+        ] {
+            verdict(sets).unwrap_or_else(|fault| panic!("{sets:?}: {fault}"));
+        }
+        for (key, sets) in [
+            ("train.augment.scene_rotation", &[turned][..]),
+            ("train.augment.scene_rotation", &[turned, upright]),
+            ("train.augment.mirror_upright", &[mirrored, level]),
+            ("train.augment.mirror_upright", &[upright, level]),
+            ("train.augment.mirror_share", &[mirrored, upright]),
+            ("train.augment.mirror_share", &[mirrored, none]),
+        ] {
+            let fault = verdict(sets).unwrap_err();
+            let names_both =
+                fault.starts_with(&format!("`{key}`")) && fault.contains("`model.network.symmetry`");
+            assert!(names_both, "{sets:?}: {fault}");
+        }
     }
 
     #[test]

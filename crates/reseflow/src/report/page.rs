@@ -1,5 +1,5 @@
-//! The file `results.md`, made from `results.json`: README.md's table, then every error by integration steps and split, then that of
-//! variants of the method, then the scenes with two experts.
+//! The file `results.md`, made from `results.json`: README.md's table, then every error by integration steps and split, then the
+//! ablations beside the main method, then the scenes with two experts.
 
 use super::document::{Table, dash, decimals, optional, percent};
 use super::markdown;
@@ -8,7 +8,8 @@ use super::study::{learner_title, steps_title};
 use super::summary::{self, PLAN, acting, fewest_steps, most_steps, rows_of};
 use crate::learners::Learner;
 
-/// The tables, each under its title: the first two of the runs that stand for the main method, the others of all.
+/// The tables, each under its title: of the runs of `headline` that stand for the main method, and, of `all`, the ablations and the
+/// scenes with two experts.
 pub(super) fn markdown(headline: &Results, all: &Results) -> String {
     let mut text = summary::markdown(headline);
     for (title, table) in [

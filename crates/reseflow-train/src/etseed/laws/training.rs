@@ -184,7 +184,9 @@ fn a_value_out_of_range_is_refused_by_its_key() {
     assert!(with(&|config| config.opening = f64::NAN).contains("baseline.opening"));
     assert!(with(&|config| config.diffusion.steps = 0).contains("diffusion.steps"));
     assert!(with(&|config| config.network.encoder.nodes = 0).contains("encoder.nodes"));
-    assert!(with(&|config| config.network.symmetry = Symmetry::None).contains("model.network.symmetry"));
+    for symmetry in [Symmetry::Upright, Symmetry::None] {
+        assert!(with(&|config| config.network.symmetry = symmetry).contains("model.network.symmetry"));
+    }
     let text = toml::to_string(&good).unwrap();
     assert_eq!(toml::from_str::<EtSeedConfig>(&text).unwrap(), good);
     assert!(toml::from_str::<EtSeedConfig>("last_step = 1").unwrap_err().to_string().contains("last_step"));

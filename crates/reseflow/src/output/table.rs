@@ -20,9 +20,12 @@ impl Table {
         Self::with_alignment(header, CellAlignment::Right)
     }
 
-    /// A table of names and what there is to say about each; `subject` is what it is all about.
+    /// A table of names and what there is to say about each, as wide as the terminal; `subject` is what it is all about.
     pub fn facts(kind: &str, subject: &str) -> Self {
-        Self::with_alignment([kind, subject], CellAlignment::Left)
+        let mut table = Self::with_alignment([kind, subject], CellAlignment::Left);
+        // Where there is no terminal this wraps nothing, and every fact keeps to its line.
+        table.table.set_content_arrangement(ContentArrangement::Dynamic);
+        table
     }
 
     fn with_alignment<const C: usize>(header: [&str; C], others: CellAlignment) -> Self {

@@ -60,11 +60,11 @@ impl Augmentation {
         let moves = may_be_elsewhere(step, next);
         let scaling = Scaling::draw(&latest.cloud, config.scale_std, rng);
         let gripper = &latest.world_from_gripper;
-        let mirror = match config.mirror_upright {
-            false => Some(Mirror::of_gripper(gripper)),
-            true => Mirror::upright(gripper),
+        let mirror = match (chance(config.mirror_share, rng), config.mirror_upright) {
+            (false, _) => None,
+            (true, false) => Some(Mirror::of_gripper(gripper)),
+            (true, true) => Mirror::upright(gripper),
         };
-        let mirror = mirror.filter(|_| chance(config.mirror_share, rng));
         let is_half_turned = chance(config.half_turn_share, rng);
         let hue = HueTurn::draw(config.hue_shift, rng);
         let mut drawn = Self {

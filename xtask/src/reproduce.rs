@@ -53,7 +53,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         for experiment in &experiments {
             say(&format!("reseflow {}", typed(&plan.words(experiment))));
         }
-        say(&format!("reseflow {}", typed(&report(&plan, pipeline, &experiments))));
+        for words in [timing(&plan, &experiments), report(&plan, pipeline, &experiments)] {
+            say(&format!("reseflow {}", typed(&words)));
+        }
         return Ok(());
     }
 
@@ -69,6 +71,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let done: Vec<&Experiment> =
         experiments.iter().copied().filter(|experiment| !failed.contains(&experiment.name)).collect();
     if !done.is_empty() {
+        process::run("the timing of single plans", &mut program.with(&timing(&plan, &done)))?;
         process::run("the report", &mut program.with(&report(&plan, pipeline, &done)))?;
     }
     if !failed.is_empty() {
@@ -80,6 +83,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     say(&format!("reproduce: all done in {}", clock(started.elapsed())));
     Ok(())
+}
+
+/// The words of the call that times every policy when no run is at work any more: side by side they would slow each other down.
+fn timing(plan: &Plan, experiments: &[&Experiment]) -> Vec<String> {
+    let folders = experiments.iter().map(|experiment| plan.folder(&experiment.name));
+    std::iter::once("bench".to_owned()).chain(folders).collect()
 }
 
 /// The words of the call that makes the report.

@@ -1,6 +1,7 @@
 //! The command line: raw arguments in, checked options out.
 
 mod args;
+mod bench;
 mod camera;
 mod numbers;
 mod parse;
@@ -11,6 +12,7 @@ pub use args::{
     Cli, Command, DeviceArg, EvalArgs, GenArgs, InspectArgs, PredictArgs, ReflowArgs, RolloutArgs, RunArgs,
     SplitArg, TrainArgs,
 };
+pub use bench::BenchArgs;
 pub use camera::CameraArgs;
 pub use parse::{Parsed, parse};
 pub use report::ReportArgs;

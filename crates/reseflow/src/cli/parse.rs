@@ -72,6 +72,8 @@ mod tests {
             "reseflow train --config c.toml --data a.npz --validation v.npz --out d --set train.batch_size=8",
             "reseflow reflow --config c.toml --checkpoint d --data a.npz --out e --set reflow.mixture.pair_share=1",
             "reseflow run configs/quickstart.toml --device cpu --set name=x",
+            "reseflow bench --checkpoint d --data a.npz --steps 1,10 --solver heun --json",
+            "reseflow bench runs/a runs/b",
         ] {
             assert!(matches!(parse(line.split(' ').map(OsString::from)), Parsed::Run(_)), "{line}");
         }
@@ -88,6 +90,11 @@ mod tests {
             ("reseflow eval --checkpoint d --data a.npz --steps 1,0 --out e.json", "--steps"),
             ("reseflow predict --checkpoint d --data a.npz --steps 1 --seeds 0 --out p.npz", "--seeds"),
             ("reseflow inspect a.npz --jsn", "'--json'"),
+            ("reseflow bench", "--checkpoint"),
+            ("reseflow bench --checkpoint d", "--data"),
+            ("reseflow bench --data a.npz", "--checkpoint"),
+            ("reseflow bench runs/a --checkpoint d --data a.npz", "cannot be used with"),
+            ("reseflow bench runs/a --steps 1", "cannot be used with"),
             ("reseflow rollout --policy expert --task triangle --episodes 2 --seed 1 --steps 1", "--out"),
         ];
         for (line, part) in cases {
@@ -99,7 +106,9 @@ mod tests {
 
     #[test]
     fn every_command_has_help_with_an_example() {
-        for command in ["gen", "inspect", "train", "reflow", "predict", "eval", "rollout", "run"] {
+        for command in
+            ["gen", "inspect", "train", "reflow", "predict", "eval", "rollout", "run", "bench", "report"]
+        {
             match parse(["reseflow", command, "--help"].map(OsString::from)) {
                 Parsed::Help(text) => assert!(text.contains(&format!("  reseflow {command} ")), "{text}"),
                 _ => panic!("no help for {command}"),

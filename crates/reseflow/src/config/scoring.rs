@@ -30,6 +30,9 @@ pub struct EvalConfig {
     /// where this is left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline_episodes: Option<usize>,
+    /// Whether a run ends with timing single plans of its policies. Where runs go on side by side they slow each other down, and
+    /// `reseflow bench` times them afterwards.
+    pub timed: bool,
 }
 
 /// Episodes to score policies on, `data.test_episodes` of them.
@@ -64,6 +67,7 @@ impl Default for EvalConfig {
             unimodal_d_geo: UNIMODAL_D_GEO,
             splits: vec![EvalSplit::Test],
             baseline_episodes: None,
+            timed: true,
         }
     }
 }

@@ -1,10 +1,12 @@
 //! How long single plans take: one scene, one noise seed, as when acting.
 
 use reseflow_data::{Dataset, ObservationHistory};
-use reseflow_train::Solver;
+use reseflow_train::{DeviceKind, Solver};
+use serde::{Deserialize, Serialize};
 
-use super::PlanLatency;
 use crate::learning::LearnedPolicy;
+use crate::output::Table;
+use crate::provenance::Provenance;
 use crate::rollouts::{FIRST_SEED, LatencyMillis};
 
 /// Plans before the first one that counts.
@@ -13,6 +15,96 @@ const WARM_UP: usize = 3;
 const EVALUATIONS: usize = 600;
 const FEWEST_PLANS: usize = 20;
 const MOST_PLANS: usize = 200;
+
+/// The wall-clock time of single plans, graph building included.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlanLatency {
+    /// Graph and encoder, once an observation; of a flow or regressor.
+    pub encoder_ms: Option<LatencyMillis>,
+    /// Noise and all steps.
+    pub decoder_ms: Option<LatencyMillis>,
+    /// All of it.
+    pub whole_ms: LatencyMillis,
+}
+
+/// What a policy's plans take with one number of steps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LatencyRow {
+    /// The policy: its folder, or in a run `flow1`, `flow2`, …, `etseed` or `regressor`.
+    pub policy: String,
+    /// Integration steps; of the baseline, noise levels visited.
+    pub steps: usize,
+    /// The solver.
+    pub solver: String,
+    /// The times.
+    #[serde(flatten)]
+    pub latency: PlanLatency,
+}
+
+/// The result of timing, of `reseflow bench` and of a run.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct LatencyReport {
+    /// One row for each policy and number of steps.
+    pub rows: Vec<LatencyRow>,
+    /// Where the figures come from.
+    pub provenance: Provenance,
+}
+
+impl LatencyReport {
+    /// Nothing yet, on `device`.
+    pub fn new(device: DeviceKind) -> Self {
+        Self { rows: Vec::new(), provenance: Provenance::gather(&format!("{device:?}").to_lowercase()) }
+    }
+
+    /// The figures as a table.
+    pub fn table(&self) -> Table {
+        let mut table =
+            Table::figures(["ms", "steps", "calls", "encoder", "decoder", "median", "p95", "p99", "slowest"]);
+        for LatencyRow { policy, steps, latency, .. } in &self.rows {
+            let PlanLatency { encoder_ms, decoder_ms, whole_ms } = latency;
+            let median = |part: &Option<LatencyMillis>| {
+                part.as_ref().map_or_else(|| "–".to_owned(), |part| format!("{:.2}", part.p50))
+            };
+            let LatencyMillis { calls, p50, p95, p99, max } = whole_ms;
+            table.row([
+                policy.clone(),
+                steps.to_string(),
+                calls.to_string(),
+                median(encoder_ms),
+                median(decoder_ms),
+                format!("{p50:.2}"),
+                format!("{p95:.2}"),
+                format!("{p99:.2}"),
+                format!("{max:.2}"),
+            ]);
+        }
+        table
+    }
+}
+
+/// Times plans of `policy`, called `name`, with each of the `solvers`.
+///
+/// # Errors
+/// When the data or a solver does not fit the policy.
+pub fn time_plans(
+    name: &str,
+    policy: &LearnedPolicy,
+    dataset: &Dataset,
+    solvers: &[Solver],
+) -> anyhow::Result<Vec<LatencyRow>> {
+    let mut rows = Vec::with_capacity(solvers.len());
+    for solver in solvers {
+        let Some(first) = dataset.episodes.first() else { break };
+        let horizon = policy.sampler().observation_horizon();
+        let history = ObservationHistory::at_step(&first.observations, 0, horizon);
+        let drawn = policy.sampler().sample(&[history], &[FIRST_SEED], solver)?;
+        if let Some(latency) = plan_latency(policy, dataset, solver, drawn.evaluations)? {
+            let (steps, solver) = (drawn.steps, solver.name().to_owned());
+            rows.push(LatencyRow { policy: name.to_owned(), steps, solver, latency });
+        }
+    }
+    Ok(rows)
+}
 
 /// Times plans with `solver`, which takes so many `evaluations` each, from the episodes' first observations one after another.
 ///

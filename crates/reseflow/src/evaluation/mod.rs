@@ -9,8 +9,9 @@ mod scoring;
 mod trivial;
 mod turned;
 
+pub use latency::{LatencyReport, LatencyRow, PlanLatency, time_plans};
 pub use modes::ModeScores;
-pub use report::{EvalReport, PlanLatency, StepRow, StepsDifference, StraightnessRow};
+pub use report::{EvalReport, StepRow, StepsDifference, StraightnessRow};
 pub use run::{EvalInputs, Loaded, checkpoint_config, evaluate, note_task};
 pub use samplers::{FlowSamplers, SamplerRow, SamplersReport, compare_samplers};
 pub use scoring::{SamplePolicy, noise_seeds, predict_first, score_steps};

@@ -3,11 +3,10 @@
 use reseflow_data::Split;
 use serde::{Deserialize, Serialize};
 
-use super::{ModeScores, TrivialScores, TurnedScores};
+use super::{ModeScores, PlanLatency, TrivialScores, TurnedScores};
 use crate::metrics::{Calibration, PairedDifference, Scores};
 use crate::output::Table;
 use crate::provenance::Provenance;
-use crate::rollouts::LatencyMillis;
 
 /// What a policy scores with one number of integration steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,17 +35,6 @@ pub struct StepRow {
     pub modes: Option<ModeScores>,
     /// Wall-clock seconds for all samples of this row.
     pub secs: f64,
-}
-
-/// The wall-clock time of single plans, graph building included.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlanLatency {
-    /// Graph and encoder, once an observation; of a flow or regressor.
-    pub encoder_ms: Option<LatencyMillis>,
-    /// Noise and all steps.
-    pub decoder_ms: Option<LatencyMillis>,
-    /// All of it.
-    pub whole_ms: LatencyMillis,
 }
 
 /// What fewer steps cost, or gain, against the most.

@@ -71,6 +71,11 @@ impl Layout {
         self.root.join(Self::eval_name(learner, split) + ".json")
     }
 
+    /// What single plans take.
+    pub fn latency(&self) -> PathBuf {
+        self.root.join("latency.json")
+    }
+
     /// The comparison of solvers.
     pub fn samplers(&self) -> PathBuf {
         self.root.join("samplers.json")

@@ -7,11 +7,13 @@ mod scoring;
 mod stages;
 mod stamp;
 mod summary;
+mod timing;
 
 pub use acting::RolloutSeries;
 pub use layout::Layout;
 pub use stamp::{StageRun, Stamps};
 pub use summary::RunSummary;
+pub use timing::time_run;
 
 use std::fs::{File, TryLockError};
 use std::time::Instant;

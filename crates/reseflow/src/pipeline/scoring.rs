@@ -31,7 +31,7 @@ impl Context<'_> {
 
     /// In how many steps a policy is scored, and how: the references integrate nothing, as noise levels are visited one by one and a
     /// regressor answers at once.
-    fn eval_solver(&self, learner: Learner) -> (Vec<usize>, SolverChoice) {
+    pub(super) fn eval_solver(&self, learner: Learner) -> (Vec<usize>, SolverChoice) {
         let section = &self.config.eval;
         match learner {
             Learner::Flow(_) => (section.steps.clone(), section.solver),
@@ -62,7 +62,7 @@ impl Context<'_> {
             solver,
             unimodal_d_geo: section.unimodal_d_geo,
             seeds: section.seeds,
-            timed: split == EvalSplit::Test,
+            timed: false,
             device: self.config.device,
         };
         let loaded = inputs.load()?;

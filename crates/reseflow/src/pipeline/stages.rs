@@ -1,7 +1,8 @@
 //! The stages of a run and what each depends on; those that make data.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use anyhow::Context as _;
 use reseflow_data::{Dataset, Split, Task};
 use serde_json::{Value, json};
 
@@ -111,7 +112,26 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
         let inputs = json!([acting.map(|(_, hash)| hash), context.rollout_inputs(&series)]);
         stage(&series.name, inputs, &context.rollout_leaves(&series), &mut || context.rollout(&series))?;
     }
+
+    if config.eval.timed {
+        let learned: Vec<_> =
+            policies.iter().map(|(learner, hash)| json!([hash, context.eval_solver(*learner)])).collect();
+        let inputs = json!([learned, splits[0].1, config.device]);
+        stage("latency", inputs, &[layout.latency()], &mut || context.time().map(drop))?;
+    } else if runs.iter().any(|run| !run.skipped) {
+        // What timed other policies, or the same ones before they changed.
+        remove_if_there(&layout.latency())?;
+    }
     Ok(runs)
+}
+
+fn remove_if_there(path: &Path) -> anyhow::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(fault) if fault.kind() != std::io::ErrorKind::NotFound => {
+            Err(fault).with_context(|| format!("{}: cannot be removed", path.display()))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl Context<'_> {

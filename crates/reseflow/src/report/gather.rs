@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::shipped;
 use crate::error::bad_input;
-use crate::evaluation::{EvalReport, SamplersReport};
+use crate::evaluation::{EvalReport, LatencyReport, LatencyRow, SamplersReport};
 use crate::learners::Learner;
 use crate::provenance::Provenance;
 use crate::rollouts::RolloutReport;
@@ -18,6 +18,20 @@ pub(super) struct Eval {
     pub(super) learner: Learner,
     pub(super) split: String,
     pub(super) report: EvalReport,
+}
+
+impl Eval {
+    /// Puts what single plans took beside what they scored.
+    fn take_times(&mut self, timed: &LatencyReport) {
+        let name = self.learner.shipped_name();
+        let times: Vec<_> = timed.rows.iter().filter(|row| row.policy == name).collect();
+        for row in &mut self.report.rows {
+            let same = |time: &&&LatencyRow| (time.steps, &time.solver) == (row.steps, &row.solver);
+            if let Some(time) = times.iter().find(same) {
+                row.latency = Some(time.latency.clone());
+            }
+        }
+    }
 }
 
 /// A policy acting in the simulator.
@@ -103,6 +117,11 @@ impl Run {
                 "samplers" => samplers = Some(json(&path)?),
                 _ => {}
             }
+        }
+        let timed = folder.join("latency.json");
+        if timed.exists() {
+            let timed: LatencyReport = json(&timed)?;
+            evals.iter_mut().filter(|eval| eval.split == "test").for_each(|eval| eval.take_times(&timed));
         }
         evals.sort_by_key(|eval| {
             (rank(eval.learner), ["test", "wide"].iter().position(|s| *s == eval.split).unwrap_or(2))

@@ -18,4 +18,5 @@ mod resume;
 mod shipped;
 mod splits;
 mod support;
+mod timing;
 mod twists;

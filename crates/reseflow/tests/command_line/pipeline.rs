@@ -9,8 +9,8 @@ use serde_json::Value;
 
 use crate::support::{Bench, TINY};
 
-const STAGES: [&str; 7] =
-    ["data-train", "data-test", "data-validation", "train", "training-log", "eval", "rollout"];
+const STAGES: [&str; 8] =
+    ["data-train", "data-test", "data-validation", "train", "training-log", "eval", "rollout", "latency"];
 
 /// The stages that a call of `reseflow run` did, in order.
 fn done(bench: &Bench, options: &str) -> Vec<String> {
@@ -59,11 +59,11 @@ fn a_run_leaves_every_result_and_a_second_one_does_only_what_has_changed() {
     assert_eq!(done(&bench, "--set eval.seeds=3"), ["eval"]);
     assert_eq!(bench.read_json("runs/tiny/eval.json")["seeds"], serde_json::json!([3407, 3408, 3409]));
     assert_eq!(done(&bench, "--set eval.seeds=3 --set rollout.n_action_steps=10"), ["rollout"]);
-    let after_training = ["train", "training-log", "eval", "rollout"];
+    let after_training = ["train", "training-log", "eval", "rollout", "latency"];
     assert_eq!(done(&bench, "--set train.updates=31"), after_training, "the rest hangs on it");
     assert_eq!(
         done(&bench, "--set train.updates=31 --set data.test_episodes=3"),
-        ["data-test", "eval"],
+        ["data-test", "eval", "latency"],
         "training does not look at the test split"
     );
     fs::remove_file(bench.path("runs/tiny/pictures/per_action.png")).unwrap();

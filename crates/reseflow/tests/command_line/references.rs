@@ -92,7 +92,7 @@ fn a_run_trains_and_scores_the_references_and_redoes_only_what_changed() {
     };
     let (summary, names) = run("");
     let trained = ["train", "train-baseline", "train-regressor", "training-log"];
-    let scored = ["eval", "eval-baseline", "eval-regressor", "rollout"];
+    let scored = ["eval", "eval-baseline", "eval-regressor", "rollout", "latency"];
     assert_eq!(names[3..], [&trained[..], &scored].concat());
     let rows = |name: &str| bench.read_json(&format!("runs/tiny/{name}.json"))["rows"].clone();
     let baseline = rows("eval-baseline");
@@ -111,7 +111,8 @@ fn a_run_trains_and_scores_the_references_and_redoes_only_what_changed() {
     }
 
     assert!(run("").1.is_empty());
-    assert_eq!(run("--set baseline.updates=21").1, ["train-baseline", "training-log", "eval-baseline"]);
+    let after_training = ["train-baseline", "training-log", "eval-baseline", "latency"];
+    assert_eq!(run("--set baseline.updates=21").1, after_training);
     let without = run("--set regressor=false").0;
     assert!(without.get("regressor").is_none() && without["baseline"].is_array());
 }

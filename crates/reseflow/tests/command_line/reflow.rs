@@ -135,11 +135,14 @@ fn a_run_with_reflow_trains_both_flows_scores_both_and_acts_with_the_last() {
     assert_eq!(summary["d_geo_mean"], bench.read_json("runs/tiny/eval-2.json")["rows"][0]["d_geo_mean"]);
 
     assert_eq!(done("").1, Vec::<String>::new());
-    assert_eq!(done("--set reflow.updates=13").1, ["train-2", "training-log", "eval-2", "rollout"]);
+    assert_eq!(
+        done("--set reflow.updates=13").1,
+        ["train-2", "training-log", "eval-2", "rollout", "latency"]
+    );
     let two = "--set reflow.updates=13 --set reflow.rounds=2";
     assert_eq!(
         done(two).1,
-        ["pairs-3", "train-3", "training-log", "eval-3", "rollout"],
+        ["pairs-3", "train-3", "training-log", "eval-3", "rollout", "latency"],
         "another round goes on from the last"
     );
 }

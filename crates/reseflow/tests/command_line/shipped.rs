@@ -91,14 +91,14 @@ fn a_run_takes_trained_policies_as_they_are() {
         fresh.map(|stage| stage["name"].as_str().unwrap().to_owned()).collect()
     };
     let names = done();
-    assert_eq!(names[3..], ["train", "train-2", "eval", "eval-2", "rollout"], "and no pairs");
+    assert_eq!(names[3..], ["train", "train-2", "eval", "eval-2", "rollout", "latency"], "and no pairs");
     let weights = |name: &str| bench.bytes(&format!("{name}/model.safetensors"));
     assert!(weights("runs/tiny/checkpoint-2") == weights("policy"));
     assert!(done().is_empty());
     // Another policy of the same name is noticed.
     let config = fs::read_to_string(bench.path("trained/flow2/config.toml")).unwrap();
     fs::write(bench.path("trained/flow2/config.toml"), format!("{config}\n# changed\n")).unwrap();
-    assert_eq!(done(), ["train-2", "eval-2", "rollout"]);
+    assert_eq!(done(), ["train-2", "eval-2", "rollout", "latency"]);
 
     bench.refuses(&format!("{run} --set regressor=true"), &["trained/regressor", "no such folder"]);
     bench.refuses("run tiny.toml --set pretrained=nowhere", &["nowhere", "no such folder"]);

@@ -75,11 +75,7 @@ fn check_rows(eval: &Value) {
         let bins = calibration["bins"].as_array().unwrap();
         let actions: u64 = bins.iter().map(|bin| bin["actions"].as_u64().unwrap()).sum();
         assert_eq!(actions, 2 * 2 * 10, "episodes, seeds, actions");
-        let at = |part: &str, key: &str| row["latency"][part][key].as_f64().unwrap();
-        for part in ["encoder_ms", "decoder_ms", "whole_ms"] {
-            assert!(0.0 < at(part, "p50") && at(part, "p50") <= at(part, "p99"), "{part} of {row}");
-        }
-        assert!(at("whole_ms", "max") >= at("encoder_ms", "p50"), "{row}");
+        assert!(row["latency"].is_null(), "a run times its policies when it has scored them");
     }
     let paired = &eval["against_most_steps"][0];
     assert_eq!(

@@ -27,7 +27,7 @@ pub(super) fn chart(study: &Study, group: Group) -> anyhow::Result<Block> {
         format!("Error against time, {}", group.title()),
         "D̄_geo on held-out episodes against the median time of one call for one scene, graph and encoder included, both axes logarithmic; \
          the figure at each point is its number of integration steps. Each number of steps was timed by itself, on the machine that the \
-         table of origins names; runs that go on side by side slow each other down. Further left and lower is better: steps that only lead to the right buy nothing."
+         table of origins names. Further left and lower is better: steps that only lead to the right buy nothing."
             .to_owned(),
         panels,
         false,

@@ -78,7 +78,7 @@ fn actions(report: &RolloutReport) -> String {
 pub(in super::super) fn latency(study: &Study) -> Block {
     let mut table = Table::new(
         "Wall-clock milliseconds of one plan for one scene, graph building included; encoder and decoder apart where they were timed. The \
-         machine is in the table of origins.",
+         machine is in the table of origins; `acting` is what calls took during rollouts, beside whatever else ran.",
         ["run", "policy", "part", "steps", "calls", "median", "95th percentile", "99th percentile"],
     );
     for run in &study.runs {

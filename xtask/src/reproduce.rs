@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let experiments = plan.of(pipeline);
     if args.dry_run {
         for experiment in &experiments {
-            say(&format!("reseflow {}", typed(&plan.words(experiment))));
+            say(&format!("reseflow {}", typed(&plan.words(experiment, pipeline))));
         }
         for words in [timing(&plan, &experiments), report(&plan, pipeline, &experiments)] {
             say(&format!("reseflow {}", typed(&words)));
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let width = args.jobs.map_or_else(default_width, NonZeroUsize::get);
     let jobs = experiments.iter().map(|experiment| Job {
         name: experiment.name.clone(),
-        command: program.with(&plan.words(experiment)),
+        command: program.with(&plan.words(experiment, pipeline)),
         log: workspace::root().join(plan.folder(&format!("{}.log", experiment.name))),
     });
     let failed = jobs::run("reproduce", jobs.collect(), width)?;

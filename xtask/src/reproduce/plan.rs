@@ -32,6 +32,9 @@ pub(super) struct Experiment {
     when: When,
     /// Overrides of its own, after those of every run.
     set: Vec<String>,
+    /// More of them with `--full`: a run that was finished without does only what they add.
+    #[serde(default)]
+    set_full: Vec<String>,
 }
 
 /// In which pipelines an experiment runs.
@@ -89,11 +92,12 @@ impl Plan {
         self.experiments.iter().filter(belongs).collect()
     }
 
-    /// What follows `reseflow` in the call that runs `experiment`.
-    pub(super) fn words(&self, experiment: &Experiment) -> Vec<String> {
+    /// What follows `reseflow` in the call that runs `experiment` in `pipeline`.
+    pub(super) fn words(&self, experiment: &Experiment, pipeline: Pipeline) -> Vec<String> {
         let mut words = vec!["run".to_owned(), experiment.config.clone()];
         let own = [format!("name={}", experiment.name), format!("output={}", self.output)];
-        for set in own.iter().chain(&self.set).chain(&experiment.set) {
+        let full = experiment.set_full.iter().filter(|_| pipeline == Pipeline::Full);
+        for set in own.iter().chain(&self.set).chain(&experiment.set).chain(full) {
             words.extend(["--set".to_owned(), set.clone()]);
         }
         words
@@ -122,6 +126,7 @@ set = ["eval.seeds=10"]
 name = "a"
 config = "configs/a.toml"
 set = ["eval.seeds=50"]
+set_full = ["regressor=true"]
 [[experiment]]
 name = "b"
 config = "configs/b.toml"
@@ -137,10 +142,11 @@ set = ["pretrained=c"]
     #[test]
     fn an_experiments_own_overrides_come_last() {
         let plan = Plan::parse(SMALL).unwrap();
-        let words = plan.words(plan.of(Pipeline::Usual)[0]).join(" ");
+        let words = |pipeline| plan.words(plan.of(pipeline)[0], pipeline).join(" ");
         let expected =
             "run configs/a.toml --set name=a --set output=runs/r --set eval.seeds=10 --set eval.seeds=50";
-        assert_eq!(words, expected);
+        assert_eq!(words(Pipeline::Usual), expected);
+        assert_eq!(words(Pipeline::Full), format!("{expected} --set regressor=true"));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use reseflow_data::Split;
 
 use super::numbers::{above_zero, positive, share};
-use super::{BenchArgs, CameraArgs, ReportArgs, SolverArgs};
+use super::{BenchArgs, CameraArgs, EquivArgs, ReportArgs, SolverArgs};
 use crate::config::{Override, PlanChoice, UNIMODAL_D_GEO};
 
 /// Simulate, train, evaluate and look at SE(3)-equivariant rectified-flow policies.
@@ -49,6 +49,8 @@ pub enum Command {
     Rollout(RolloutArgs),
     /// Do everything that a configuration says: data, training, evaluation, rollouts, pictures
     Run(RunArgs),
+    /// Move scenes, and compare a policy's plans with the moved plans
+    Equiv(EquivArgs),
     /// Time single plans of a policy, or of every policy of finished runs
     Bench(BenchArgs),
     /// Put finished runs into one report: tables and figures beside the paper's

@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod camera;
+mod equiv;
 mod numbers;
 mod parse;
 mod report;
@@ -14,6 +15,7 @@ pub use args::{
 };
 pub use bench::BenchArgs;
 pub use camera::CameraArgs;
+pub use equiv::EquivArgs;
 pub use parse::{Parsed, parse};
 pub use report::ReportArgs;
 pub use solver::SolverArgs;

@@ -106,9 +106,10 @@ mod tests {
 
     #[test]
     fn every_command_has_help_with_an_example() {
-        for command in
-            ["gen", "inspect", "train", "reflow", "predict", "eval", "rollout", "run", "bench", "report"]
-        {
+        for command in [
+            "gen", "inspect", "train", "reflow", "predict", "eval", "rollout", "run", "equiv", "bench",
+            "report",
+        ] {
             match parse(["reseflow", command, "--help"].map(OsString::from)) {
                 Parsed::Help(text) => assert!(text.contains(&format!("  reseflow {command} ")), "{text}"),
                 _ => panic!("no help for {command}"),

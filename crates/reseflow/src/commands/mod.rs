@@ -1,6 +1,7 @@
 //! One file a command: read what was given, check it, work, report.
 
 mod bench;
+mod equiv;
 mod eval;
 mod generate;
 mod inspect;
@@ -29,6 +30,7 @@ pub fn execute(cli: Cli) -> anyhow::Result<()> {
         Command::Predict(args) => predict::execute(&args, &terminal),
         Command::Eval(args) => eval::execute(&args, &terminal),
         Command::Run(args) => run::execute(&args, &terminal),
+        Command::Equiv(args) => equiv::execute(&args, &terminal),
         Command::Bench(args) => bench::execute(&args, &terminal),
         Command::Report(args) => report::execute(&args, &terminal),
     }

@@ -16,4 +16,4 @@ pub use run::{EvalInputs, Loaded, checkpoint_config, evaluate, note_task};
 pub use samplers::{FlowSamplers, SamplerRow, SamplersReport, compare_samplers};
 pub use scoring::{SamplePolicy, noise_seeds, predict_first, score_steps};
 pub use trivial::{TrivialScores, trivial_scores};
-pub use turned::{EquivarianceError, TurnedScores, compare_turned, turned};
+pub use turned::{EquivarianceError, TurnedScores, compare_turned, equivariance_error, turned};

@@ -98,7 +98,10 @@ pub fn compare_turned(
 }
 
 /// The equivariance error of a sampler between `test` and `turned`, what [`turned`] makes of it.
-fn equivariance_error(
+///
+/// # Errors
+/// When the episodes or the solver do not fit the policy.
+pub fn equivariance_error(
     policy: &dyn SamplePolicy,
     test: &Dataset,
     turned: &Dataset,

@@ -5,6 +5,7 @@ mod bad_checkpoints;
 mod bad_input;
 mod camera;
 mod choices;
+mod equivariance;
 #[cfg(unix)]
 mod full_disk;
 mod pipeline;

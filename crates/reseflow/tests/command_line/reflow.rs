@@ -115,6 +115,7 @@ fn a_run_with_reflow_trains_both_flows_scores_both_and_acts_with_the_last() {
         "eval",
         "eval-2",
         "rollout",
+        "latency",
     ];
     assert_eq!(names, expected);
     for (flow, name) in [(0, "eval.json"), (1, "eval-2.json")] {

@@ -71,8 +71,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let done: Vec<&Experiment> =
         experiments.iter().copied().filter(|experiment| !failed.contains(&experiment.name)).collect();
     if !done.is_empty() {
-        process::run("the timing of single plans", &mut program.with(&timing(&plan, &done)))?;
+        let timed = process::run("the timing of single plans", &mut program.with(&timing(&plan, &done)));
         process::run("the report", &mut program.with(&report(&plan, pipeline, &done)))?;
+        timed?;
     }
     if !failed.is_empty() {
         let (failed, count) = (failed.join(", "), failed.len());

@@ -11,7 +11,7 @@ use crate::trainable::random_stream;
 use crate::{MixtureConfig, PolicyKind, TrainConfig, TrainError, Trainable};
 
 /// The averaged weights.
-pub(crate) const WEIGHTS: &str = "model.safetensors";
+pub const WEIGHTS: &str = "model.safetensors";
 const CONFIG: &str = "config.toml";
 /// The averaged weights of the best validation, where those of the end became the policy.
 pub(crate) const BEST: &str = "best.safetensors";

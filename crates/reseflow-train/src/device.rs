@@ -17,6 +17,15 @@ pub enum DeviceKind {
 }
 
 impl DeviceKind {
+    /// What configurations call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Flex => "flex",
+            Self::Ndarray => "ndarray",
+        }
+    }
+
     /// burn's device of this kind.
     pub fn device(self) -> Device {
         match self {

@@ -27,7 +27,7 @@ mod trainer;
 mod validation;
 
 pub use augment::AugmentConfig;
-pub use checkpoint::{CheckpointConfig, read_kind};
+pub use checkpoint::{CheckpointConfig, WEIGHTS, read_kind};
 pub use config::{Keep, ModelConfig, TrainConfig};
 pub use device::DeviceKind;
 pub use error::TrainError;

@@ -40,6 +40,11 @@ impl Learner {
         }
     }
 
+    /// Everything that `config` trains: its flows, then the references.
+    pub fn all(config: &ExperimentConfig) -> impl Iterator<Item = Self> {
+        (1..=config.flows()).map(Self::Flow).chain(Self::references(config))
+    }
+
     /// The references that `config` asks for.
     pub fn references(config: &ExperimentConfig) -> impl Iterator<Item = Self> {
         let baseline = config.baseline.is_some().then_some(Self::Baseline);

@@ -1,5 +1,6 @@
 //! Where a figure comes from: version, commit, device and machine, written beside every result.
 
+use std::path::Path;
 use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
@@ -49,6 +50,25 @@ pub fn program_hash() -> &'static str {
             |bytes| blake3::hash(&bytes).to_hex().to_string(),
         )
     })
+}
+
+/// The content hash of a file, or of every file in a folder with its name.
+///
+/// # Errors
+/// When something in it cannot be read.
+pub fn content_hash(path: &Path) -> std::io::Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    if path.is_dir() {
+        let mut entries = std::fs::read_dir(path)?.collect::<std::io::Result<Vec<_>>>()?;
+        entries.sort_by_key(std::fs::DirEntry::file_name);
+        for entry in entries {
+            hasher.update(entry.file_name().as_encoded_bytes());
+            hasher.update(content_hash(&entry.path())?.as_bytes());
+        }
+    } else {
+        hasher.update(&std::fs::read(path)?);
+    }
+    Ok(hasher.finalize().to_hex().to_string())
 }
 
 fn processor() -> Option<String> {

@@ -5,7 +5,8 @@ use std::path::Path;
 use anyhow::Context;
 use reseflow_data::{Dataset, DatasetFile, PairMeta, PairSet};
 use reseflow_train::{
-    Mixture, PairConfig, ReflowConfig, Resume, TrainRequest, TrainSummary, count_pair_windows, make_pairs,
+    Mixture, PairConfig, ReflowConfig, Resume, TrainRequest, TrainSummary, WEIGHTS, count_pair_windows,
+    make_pairs,
 };
 use serde::Serialize;
 
@@ -125,7 +126,7 @@ fn checkpoint_hash(folder: &Path) -> anyhow::Result<String> {
         return Err(bad_input(format!("{place}: there is no such folder, expected a checkpoint's")));
     }
     let mut hasher = blake3::Hasher::new_derive_key("reseflow checkpoint v1");
-    for name in ["config.toml", "model.safetensors"] {
+    for name in ["config.toml", WEIGHTS] {
         let path = folder.join(name);
         let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
         hasher.update(&(bytes.len() as u64).to_le_bytes());

@@ -22,10 +22,10 @@ pub struct BenchArgs {
     #[arg(value_name = "RUN_FOLDER", conflicts_with_all = ["checkpoint", "data", "steps", "solver", "rtol", "atol", "out", "device"])]
     pub runs: Vec<PathBuf>,
     /// The checkpoint's folder, or the name of a policy that ships, for example door/flow2
-    #[arg(long, value_name = "DIR", required_unless_present = "runs", requires = "data")]
+    #[arg(long, value_name = "DIR", requires = "data")]
     pub checkpoint: Option<PathBuf>,
     /// The episodes whose first observations are planned from
-    #[arg(long, value_name = "FILE.npz")]
+    #[arg(long, value_name = "FILE.npz", requires = "checkpoint")]
     pub data: Option<PathBuf>,
     /// Numbers of integration steps; of the baseline, how many noise levels are visited [default: 1,2,10,50,100; a regressor's: 1]
     #[arg(long, value_delimiter = ',', value_parser = positive)]

@@ -15,8 +15,8 @@ use super::{DeviceArg, SolverArgs};
   reseflow equiv --checkpoint runs/mine --data test.npz --at-most 1e-4
 
 Every episode is moved by a rigid motion g of its own, points, gripper and noise with it, and planned from again: the error is D_geo
-between that plan and g times the plan before, action by action. It is rounding where the policy is equivariant; the other error, that
-of the plans themselves, is what `reseflow eval` says.")]
+between that plan and g times the plan before, action by action. It is rounding where the policy is equivariant to every
+rotation, and large where it is told which way is up. How good the plans are is what `reseflow eval` says.")]
 pub struct EquivArgs {
     /// The checkpoint's folder, or the name of a policy that ships, for example door/flow2
     #[arg(long, value_name = "DIR")]
@@ -33,7 +33,7 @@ pub struct EquivArgs {
     /// Noise seeds, from 3407 on
     #[arg(long, default_value = "10", value_parser = positive)]
     pub seeds: usize,
-    /// End with exit code 1 where the 99.9th percentile is larger
+    /// End with exit code 1 where the 99.9th percentile is larger; the result is written all the same
     #[arg(long, value_name = "ERROR", value_parser = above_zero)]
     pub at_most: Option<f64>,
     /// The result to write

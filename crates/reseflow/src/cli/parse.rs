@@ -74,6 +74,7 @@ mod tests {
             "reseflow run configs/quickstart.toml --device cpu --set name=x",
             "reseflow bench --checkpoint d --data a.npz --steps 1,10 --solver heun --json",
             "reseflow bench runs/a runs/b",
+            "reseflow equiv --checkpoint d --data a.npz --steps 1,10 --seeds 3 --at-most 1e-4 --out e.json",
         ] {
             assert!(matches!(parse(line.split(' ').map(OsString::from)), Parsed::Run(_)), "{line}");
         }
@@ -90,8 +91,8 @@ mod tests {
             ("reseflow eval --checkpoint d --data a.npz --steps 1,0 --out e.json", "--steps"),
             ("reseflow predict --checkpoint d --data a.npz --steps 1 --seeds 0 --out p.npz", "--seeds"),
             ("reseflow inspect a.npz --jsn", "'--json'"),
-            ("reseflow bench", "--checkpoint"),
             ("reseflow bench --checkpoint d", "--data"),
+            ("reseflow equiv --checkpoint d --data a.npz --at-most 0", "--at-most"),
             ("reseflow bench --data a.npz", "--checkpoint"),
             ("reseflow bench runs/a --checkpoint d --data a.npz", "cannot be used with"),
             ("reseflow bench runs/a --steps 1", "cannot be used with"),

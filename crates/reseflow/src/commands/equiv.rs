@@ -3,36 +3,34 @@
 use reseflow_data::Dataset;
 use serde::Serialize;
 
+use super::planner::Planner;
 use crate::cli::EquivArgs;
-use crate::error::{about_data, bad_input};
-use crate::evaluation::{EquivarianceError, equivariance_error, noise_seeds, note_task, turned};
-use crate::learning::{LearnedPolicy, find_policy};
-use crate::output::{OutputFile, Table, Terminal};
+use crate::error::about_data;
+use crate::evaluation::{EquivarianceError, checkpoint_config, equivariance_error, noise_seeds, turned};
+use crate::output::{Table, Terminal};
 use crate::provenance::Provenance;
 
 #[derive(Debug, Serialize)]
 struct EquivReport {
     rows: Vec<EquivarianceError>,
+    solver: &'static str,
     episodes: usize,
     seeds: Vec<u64>,
     checkpoint: String,
     data: String,
+    data_hash: String,
+    config: serde_json::Value,
     provenance: Provenance,
 }
 
 /// Runs the command.
 pub(super) fn execute(args: &EquivArgs, terminal: &Terminal) -> anyhow::Result<()> {
     let solver = args.solver.choice(!args.steps.is_empty())?;
-    let folder = find_policy(&args.checkpoint)?;
-    let policy = LearnedPolicy::load(&folder, args.device.into())?;
-    let here = Dataset::read(&args.data)?;
-    if here.is_empty() {
-        return Err(bad_input(format!("{}: holds no episode, expected at least one", args.data.display())));
-    }
-    note_task(&folder, &args.data, &here, terminal)?;
-    let out =
-        args.out.as_deref().map(|out| OutputFile::claim_apart(out, &[&args.data, &folder])).transpose()?;
+    let device = args.device.into();
+    let Planner { folder, policy, data, out } =
+        Planner::load(&args.checkpoint, &args.data, args.out.as_deref(), device, terminal)?;
 
+    let here = first_frames(data.dataset);
     let (there, seeds) = (turned(&here), noise_seeds(args.seeds));
     let steps = if args.steps.is_empty() { vec![1] } else { args.steps.clone() };
     let solvers = solver.with_each(&steps);
@@ -54,20 +52,37 @@ pub(super) fn execute(args: &EquivArgs, terminal: &Terminal) -> anyhow::Result<(
     }
     let report = EquivReport {
         rows,
+        solver: solvers.first().map_or("", |solver| solver.name()),
         episodes: here.len(),
         seeds,
         checkpoint: folder.display().to_string(),
         data: args.data.display().to_string(),
-        provenance: Provenance::gather(&format!("{:?}", args.device).to_lowercase()),
+        data_hash: data.content_hash,
+        config: checkpoint_config(&folder),
+        provenance: Provenance::gather(device.name()),
     };
     out.map_or(Ok(()), |out| out.write_json(&report))?;
     terminal.say(table);
     terminal.machine(&report)?;
-    match args.at_most {
-        Some(bound) if report.rows.iter().any(|row| row.p999 > bound) => {
-            let worst = report.rows.iter().map(|row| row.p999).fold(0.0, f64::max);
-            anyhow::bail!("the 99.9th percentile is {worst:.1e}, expected at most {bound:.1e}")
-        }
-        _ => Ok(()),
+    let within = |row: &&EquivarianceError| args.at_most.is_none_or(|bound| row.p999 <= bound);
+    match report.rows.iter().find(|row| !within(row)) {
+        Some(row) => anyhow::bail!(
+            "{}: with {} steps the 99.9th percentile is {:e}, expected at most {:e}",
+            args.checkpoint.display(),
+            row.steps,
+            row.p999,
+            args.at_most.unwrap_or_default()
+        ),
+        None => Ok(()),
     }
+}
+
+/// What plans begin from, and as many actions.
+fn first_frames(mut dataset: Dataset) -> Dataset {
+    for episode in &mut dataset.episodes {
+        episode.observations.truncate(1);
+        episode.actions.truncate(1);
+        episode.alternative = None;
+    }
+    dataset
 }

@@ -16,7 +16,6 @@ pub(super) fn execute(args: &EvalArgs, terminal: &Terminal) -> anyhow::Result<()
         solver: args.solver.choice(!args.steps.is_empty())?,
         unimodal_d_geo: args.unimodal_d_geo,
         seeds: args.seeds,
-        timed: true,
         device: args.device.into(),
     };
     let loaded = inputs.load()?;

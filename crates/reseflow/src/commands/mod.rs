@@ -5,6 +5,7 @@ mod equiv;
 mod eval;
 mod generate;
 mod inspect;
+mod planner;
 mod predict;
 mod reflow;
 mod report;

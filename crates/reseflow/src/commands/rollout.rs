@@ -50,7 +50,7 @@ pub(super) fn execute(args: &RolloutArgs, terminal: &Terminal) -> anyhow::Result
     others.extend(args.mcap.as_deref());
     let out = OutputFile::claim_apart(&args.out, &others)?;
     let results = run(args, task.as_ref(), &request, &mut actor, log.as_ref(), terminal)?;
-    let provenance = Provenance::gather(&format!("{device:?}").to_lowercase());
+    let provenance = Provenance::gather(device.name());
     let split = args.split.to_string();
     let mut report =
         RolloutReport::new(&args.policy, solver.as_ref(), &args.task, &split, &request, &results, provenance)

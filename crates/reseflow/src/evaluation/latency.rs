@@ -1,12 +1,15 @@
 //! How long single plans take: one scene, one noise seed, as when acting.
 
+use std::path::Path;
+
+use anyhow::Context;
 use reseflow_data::{Dataset, ObservationHistory};
-use reseflow_train::{DeviceKind, Solver};
+use reseflow_train::{DeviceKind, Solver, WEIGHTS};
 use serde::{Deserialize, Serialize};
 
 use crate::learning::LearnedPolicy;
 use crate::output::Table;
-use crate::provenance::Provenance;
+use crate::provenance::{Provenance, content_hash};
 use crate::rollouts::{FIRST_SEED, LatencyMillis};
 
 /// Plans before the first one that counts.
@@ -36,6 +39,8 @@ pub struct LatencyRow {
     pub steps: usize,
     /// The solver.
     pub solver: String,
+    /// The content hash of the policy's weights, so that nobody takes these times for another's.
+    pub weights: String,
     /// The times.
     #[serde(flatten)]
     pub latency: PlanLatency,
@@ -44,6 +49,8 @@ pub struct LatencyRow {
 /// The result of timing, of `reseflow bench` and of a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LatencyReport {
+    /// The folder of the run, or the policy.
+    pub of: String,
     /// One row for each policy and number of steps.
     pub rows: Vec<LatencyRow>,
     /// Where the figures come from.
@@ -52,8 +59,8 @@ pub struct LatencyReport {
 
 impl LatencyReport {
     /// Nothing yet, on `device`.
-    pub fn new(device: DeviceKind) -> Self {
-        Self { rows: Vec::new(), provenance: Provenance::gather(&format!("{device:?}").to_lowercase()) }
+    pub fn new(of: &str, device: DeviceKind) -> Self {
+        Self { of: of.to_owned(), rows: Vec::new(), provenance: Provenance::gather(device.name()) }
     }
 
     /// The figures as a table.
@@ -82,25 +89,28 @@ impl LatencyReport {
     }
 }
 
-/// Times plans of `policy`, called `name`, with each of the `solvers`.
+/// Times plans of `policy`, called `name` and loaded from `checkpoint`, with each of the `solvers`.
 ///
 /// # Errors
 /// When the data or a solver does not fit the policy.
 pub fn time_plans(
     name: &str,
+    checkpoint: &Path,
     policy: &LearnedPolicy,
     dataset: &Dataset,
     solvers: &[Solver],
 ) -> anyhow::Result<Vec<LatencyRow>> {
     let mut rows = Vec::with_capacity(solvers.len());
+    let Some(first) = dataset.episodes.first() else { return Ok(rows) };
+    let history = ObservationHistory::at_step(&first.observations, 0, policy.sampler().observation_horizon());
+    let weights =
+        content_hash(&checkpoint.join(WEIGHTS)).with_context(|| checkpoint.display().to_string())?;
     for solver in solvers {
-        let Some(first) = dataset.episodes.first() else { break };
-        let horizon = policy.sampler().observation_horizon();
-        let history = ObservationHistory::at_step(&first.observations, 0, horizon);
-        let drawn = policy.sampler().sample(&[history], &[FIRST_SEED], solver)?;
+        let drawn = policy.sampler().sample(std::slice::from_ref(&history), &[FIRST_SEED], solver)?;
         if let Some(latency) = plan_latency(policy, dataset, solver, drawn.evaluations)? {
             let (steps, solver) = (drawn.steps, solver.name().to_owned());
-            rows.push(LatencyRow { policy: name.to_owned(), steps, solver, latency });
+            let (policy, weights) = (name.to_owned(), weights.clone());
+            rows.push(LatencyRow { policy, steps, solver, weights, latency });
         }
     }
     Ok(rows)

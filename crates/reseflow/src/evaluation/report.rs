@@ -27,7 +27,7 @@ pub struct StepRow {
     /// Whether the nodes' distance from the consensus tells how large the error is; none where they have no spread.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
-    /// What a single plan takes, where it was timed.
+    /// What a single plan takes, where reports have found it in `latency.json`; results of older versions hold it themselves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency: Option<PlanLatency>,
     /// How the samples lie about both experts, where the episodes have two.

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use reseflow_data::{Dataset, DatasetFile, Episode, ObservationHistory, Split};
 
-use super::latency::plan_latency;
 use super::{
     EvalReport, SamplePolicy, StepsDifference, StraightnessRow, noise_seeds, score_steps, trivial_scores,
 };
@@ -40,8 +39,6 @@ pub struct EvalInputs {
     pub unimodal_d_geo: f64,
     /// Noise seeds, from 3407 on.
     pub seeds: usize,
-    /// Whether single plans are timed.
-    pub timed: bool,
     /// Where to compute.
     pub device: DeviceKind,
 }
@@ -108,11 +105,8 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
     let mut rows = Vec::with_capacity(solvers.len());
     let about = |fault| about_data(&inputs.data, None, fault);
     for solver in &solvers {
-        let mut row = score_steps(policy.sampler(), &held_out.dataset, &seeds, solver, inputs.unimodal_d_geo)
+        let row = score_steps(policy.sampler(), &held_out.dataset, &seeds, solver, inputs.unimodal_d_geo)
             .map_err(about)?;
-        if inputs.timed {
-            row.latency = plan_latency(policy, &held_out.dataset, solver, row.evaluations).map_err(about)?;
-        }
         tracing::info!(
             solver = row.solver,
             steps = row.steps,
@@ -153,7 +147,7 @@ pub fn evaluate(inputs: &EvalInputs, loaded: &Loaded, terminal: &Terminal) -> an
         data_hash: held_out.content_hash.clone(),
         train_data: inputs.train_data.as_ref().map(text),
         config: checkpoint_config(&inputs.checkpoint),
-        provenance: Provenance::gather(&format!("{:?}", inputs.device).to_lowercase()),
+        provenance: Provenance::gather(inputs.device.name()),
     })
 }
 

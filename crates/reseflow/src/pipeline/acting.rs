@@ -122,7 +122,7 @@ impl Context<'_> {
         if let Some(pictures) = witness.finish()? {
             OutputFile::claim(&self.layout.picture("episodes"))?.write(&pictures.png()?)?;
         }
-        let provenance = Provenance::gather(&format!("{:?}", self.config.device).to_lowercase());
+        let provenance = Provenance::gather(self.config.device.name());
         let name = checkpoint.display().to_string();
         let (task, split) = (&self.config.task, Split::Test.to_string());
         let report = RolloutReport::new(&name, Some(&solver), task, &split, &request, &results, provenance)

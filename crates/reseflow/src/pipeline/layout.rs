@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use reseflow_train::WEIGHTS;
+
 use super::RolloutSeries;
 use crate::config::EvalSplit;
 use crate::learners::Learner;
@@ -74,6 +76,11 @@ impl Layout {
     /// What single plans take.
     pub fn latency(&self) -> PathBuf {
         self.root.join("latency.json")
+    }
+
+    /// The weights of a policy.
+    pub fn weights(&self, learner: Learner) -> PathBuf {
+        self.checkpoint(learner).join(WEIGHTS)
     }
 
     /// The comparison of solvers.

@@ -13,7 +13,7 @@ pub use acting::RolloutSeries;
 pub use layout::Layout;
 pub use stamp::{StageRun, Stamps};
 pub use summary::RunSummary;
-pub use timing::time_run;
+pub use timing::FinishedRun;
 
 use std::fs::{File, TryLockError};
 use std::time::Instant;

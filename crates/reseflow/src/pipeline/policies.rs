@@ -8,11 +8,11 @@ use reseflow_train::{ReflowConfig, Resume};
 use serde_json::{Value, json};
 
 use super::stages::{Context, Stage};
-use super::stamp::content;
 use crate::error::bad_input;
 use crate::learners::{Learner, Training};
 use crate::learning::find_policies;
 use crate::plot::training_curve;
+use crate::provenance::content_hash;
 use crate::reflow::Round;
 
 /// A policy and the hash of the stage that made it.
@@ -26,8 +26,7 @@ impl Context<'_> {
     pub(super) fn shipped(&self) -> anyhow::Result<Option<Vec<(Learner, PathBuf)>>> {
         let Some(given) = &self.config.pretrained else { return Ok(None) };
         let folder = find_policies(given)?;
-        let flows = (1..=self.config.flows()).map(Learner::Flow);
-        let found = flows.chain(Learner::references(self.config)).map(|learner| {
+        let found = Learner::all(self.config).map(|learner| {
             let path = folder.join(learner.shipped_name());
             if path.is_dir() {
                 return Ok((learner, path));
@@ -48,7 +47,7 @@ impl Context<'_> {
     ) -> anyhow::Result<Vec<Made>> {
         let mut policies = Vec::new();
         for (learner, from) in shipped {
-            let inputs = json!(["shipped", content(from).with_context(|| from.display().to_string())?]);
+            let inputs = json!(["shipped", content_hash(from).with_context(|| from.display().to_string())?]);
             let to = self.layout.checkpoint(*learner);
             let outputs = [to.clone()];
             let hash = stage(&learner.name("train"), inputs, &outputs, &mut || copy_folder(from, &to))?;

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::stages::Context;
 use super::summary::read;
-use crate::config::{EvalSplit, SamplersConfig, SolverChoice};
+use crate::config::{EvalConfig, EvalSplit, SamplersConfig, SolverChoice};
 use crate::evaluation::{EvalInputs, EvalReport, SamplersReport, compare_samplers, compare_turned, evaluate};
 use crate::learners::Learner;
 use crate::learning::load_flow;
@@ -18,7 +18,7 @@ impl Context<'_> {
     /// What a scoring of `learner` depends on beside the policy and the data.
     pub(super) fn eval_inputs(&self, learner: Learner) -> Value {
         let section = &self.config.eval;
-        let (steps, solver) = self.eval_solver(learner);
+        let (steps, solver) = eval_solver(section, learner);
         json!([
             steps,
             section.seeds,
@@ -27,17 +27,6 @@ impl Context<'_> {
             (learner == Learner::Baseline).then_some(section.baseline_episodes),
             self.config.device
         ])
-    }
-
-    /// In how many steps a policy is scored, and how: the references integrate nothing, as noise levels are visited one by one and a
-    /// regressor answers at once.
-    pub(super) fn eval_solver(&self, learner: Learner) -> (Vec<usize>, SolverChoice) {
-        let section = &self.config.eval;
-        match learner {
-            Learner::Flow(_) => (section.steps.clone(), section.solver),
-            Learner::Baseline => (section.steps.clone(), SolverChoice::default()),
-            Learner::Regressor => (vec![1], SolverChoice::default()),
-        }
     }
 
     /// What a scoring leaves.
@@ -52,7 +41,7 @@ impl Context<'_> {
     /// Scores a policy.
     pub(super) fn eval(&self, learner: Learner, split: EvalSplit) -> anyhow::Result<()> {
         let section = &self.config.eval;
-        let (steps, solver) = self.eval_solver(learner);
+        let (steps, solver) = eval_solver(section, learner);
         let inputs = EvalInputs {
             checkpoint: self.layout.checkpoint(learner),
             data: self.layout.data(split.name()),
@@ -62,7 +51,6 @@ impl Context<'_> {
             solver,
             unimodal_d_geo: section.unimodal_d_geo,
             seeds: section.seeds,
-            timed: false,
             device: self.config.device,
         };
         let loaded = inputs.load()?;
@@ -80,8 +68,7 @@ impl Context<'_> {
     pub(super) fn compare_samplers(&self, config: &SamplersConfig) -> anyhow::Result<()> {
         let mut test = Dataset::read(self.layout.data(EvalSplit::Test.name()))?;
         test.episodes.truncate(config.episodes);
-        let device = format!("{:?}", self.config.device).to_lowercase();
-        let mut report = SamplersReport::new(config, test.len(), &device);
+        let mut report = SamplersReport::new(config, test.len(), self.config.device.name());
         for flow in self.compared_flows() {
             let policy = load_flow(&self.layout.checkpoint(Learner::Flow(flow)), self.config.device)?;
             report.flows.push(compare_samplers(&policy, flow, &test, config, self.terminal)?);
@@ -112,6 +99,16 @@ impl Context<'_> {
         let labels: Vec<String> = ends.iter().map(|(steps, _)| format!("policy, steps: {steps}")).collect();
         let policy = labels.iter().zip(&ends).map(|(label, (_, scores))| PredictorCurve { label, scores });
         self.draw(&per_action, &per_action_error(&title, &policy.collect::<Vec<_>>(), &trivial))
+    }
+}
+
+/// In how many steps a policy is scored, and how: the references integrate nothing, as noise levels are visited one by one and a
+/// regressor answers at once.
+pub(super) fn eval_solver(section: &EvalConfig, learner: Learner) -> (Vec<usize>, SolverChoice) {
+    match learner {
+        Learner::Flow(_) => (section.steps.clone(), section.solver),
+        Learner::Baseline => (section.steps.clone(), SolverChoice::default()),
+        Learner::Regressor => (vec![1], SolverChoice::default()),
     }
 }
 

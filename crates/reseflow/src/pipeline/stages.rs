@@ -1,11 +1,12 @@
 //! The stages of a run and what each depends on; those that make data.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::Context as _;
 use reseflow_data::{Dataset, Split, Task};
 use serde_json::{Value, json};
 
+use super::scoring::eval_solver;
+use super::timing::{LATENCY, time_policies};
 use super::{Layout, RolloutSeries, StageRun, Stamps};
 use crate::config::{EvalSplit, ExperimentConfig};
 use crate::demonstrations::{DemonstrationRequest, record};
@@ -114,24 +115,15 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
     }
 
     if config.eval.timed {
-        let learned: Vec<_> =
-            policies.iter().map(|(learner, hash)| json!([hash, context.eval_solver(*learner)])).collect();
+        let learned: Vec<_> = policies
+            .iter()
+            .map(|(learner, hash)| json!([hash, eval_solver(&config.eval, *learner)]))
+            .collect();
         let inputs = json!([learned, splits[0].1, config.device]);
-        stage("latency", inputs, &[layout.latency()], &mut || context.time().map(drop))?;
-    } else if runs.iter().any(|run| !run.skipped) {
-        // What timed other policies, or the same ones before they changed.
-        remove_if_there(&layout.latency())?;
+        let work = &mut || time_policies(config, layout, terminal).map(drop);
+        stage(LATENCY, inputs, &[layout.latency()], work)?;
     }
     Ok(runs)
-}
-
-fn remove_if_there(path: &Path) -> anyhow::Result<()> {
-    match std::fs::remove_file(path) {
-        Err(fault) if fault.kind() != std::io::ErrorKind::NotFound => {
-            Err(fault).with_context(|| format!("{}: cannot be removed", path.display()))
-        }
-        _ => Ok(()),
-    }
 }
 
 impl Context<'_> {

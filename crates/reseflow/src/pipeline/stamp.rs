@@ -7,7 +7,7 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 
 use crate::output::{Terminal, write_json};
-use crate::provenance::program_hash;
+use crate::provenance::{content_hash, program_hash};
 
 /// The folder of the stamps.
 #[derive(Debug, Clone)]
@@ -82,6 +82,19 @@ impl Stamps {
     }
 }
 
+impl Stamps {
+    /// Takes `outputs` as they are now for what the stage `name` left; nothing where it has not been done.
+    ///
+    /// # Errors
+    /// When the stamp cannot be written, or an output is not there.
+    pub(super) fn renew(&self, name: &str, outputs: &[PathBuf]) -> anyhow::Result<()> {
+        let path = self.folder.join(format!("{name}.json"));
+        let Some(mut stamp) = read(&path) else { return Ok(()) };
+        stamp.outputs = contents(outputs).with_context(|| format!("what the stage `{name}` left is gone"))?;
+        write_json(&path, &stamp)
+    }
+}
+
 /// A stamp that cannot be read is none.
 fn read(path: &Path) -> Option<Stamp> {
     serde_json::from_slice(&std::fs::read(path).ok()?).ok()
@@ -94,23 +107,7 @@ fn hash(name: &str, inputs: &impl Serialize) -> anyhow::Result<String> {
 
 /// The content hash of each of `outputs`, or nothing where one is missing.
 fn contents(outputs: &[PathBuf]) -> Option<Vec<String>> {
-    outputs.iter().map(|output| content(output).ok()).collect()
-}
-
-/// The content hash of a file, or of every file in a folder with its name.
-pub(super) fn content(path: &Path) -> std::io::Result<String> {
-    let mut hasher = blake3::Hasher::new();
-    if path.is_dir() {
-        let mut entries = std::fs::read_dir(path)?.collect::<std::io::Result<Vec<_>>>()?;
-        entries.sort_by_key(std::fs::DirEntry::file_name);
-        for entry in entries {
-            hasher.update(entry.file_name().as_encoded_bytes());
-            hasher.update(content(&entry.path())?.as_bytes());
-        }
-    } else {
-        hasher.update(&std::fs::read(path)?);
-    }
-    Ok(hasher.finalize().to_hex().to_string())
+    outputs.iter().map(|output| content_hash(output).ok()).collect()
 }
 
 #[cfg(test)]

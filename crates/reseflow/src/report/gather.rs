@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use reseflow_train::{AdaptiveConfig, Solver, WEIGHTS};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -9,7 +10,8 @@ use super::shipped;
 use crate::error::bad_input;
 use crate::evaluation::{EvalReport, LatencyReport, LatencyRow, SamplersReport};
 use crate::learners::Learner;
-use crate::provenance::Provenance;
+use crate::pipeline::Layout;
+use crate::provenance::{Provenance, content_hash};
 use crate::rollouts::RolloutReport;
 
 /// A policy's scores on recorded episodes.
@@ -21,15 +23,19 @@ pub(super) struct Eval {
 }
 
 impl Eval {
-    /// Puts what single plans took beside what they scored.
-    fn take_times(&mut self, timed: &LatencyReport) {
+    /// Puts what single plans took beside what they scored, as far as the weights in `checkpoint` are those that were timed.
+    fn take_times(&mut self, timed: &LatencyReport, checkpoint: &Path) {
+        let weights = content_hash(&checkpoint.join(WEIGHTS)).ok();
         let name = self.learner.shipped_name();
-        let times: Vec<_> = timed.rows.iter().filter(|row| row.policy == name).collect();
+        let times = timed.rows.iter().filter(|row| row.policy == name);
+        let times: Vec<_> =
+            times.filter(|row| weights.as_ref().is_none_or(|weights| *weights == row.weights)).collect();
         for row in &mut self.report.rows {
-            let same = |time: &&&LatencyRow| (time.steps, &time.solver) == (row.steps, &row.solver);
-            if let Some(time) = times.iter().find(same) {
-                row.latency = Some(time.latency.clone());
-            }
+            // A solver that chooses its steps takes more for some scenes than for others, and has one row.
+            let chooses = row.solver == Solver::DormandPrince(AdaptiveConfig::default()).name();
+            let same =
+                |time: &&&LatencyRow| time.solver == row.solver && (chooses || time.steps == row.steps);
+            row.latency = times.iter().find(same).map(|time| time.latency.clone()).or(row.latency.take());
         }
     }
 }
@@ -59,6 +65,8 @@ pub(super) struct Run {
     pub(super) config: Option<String>,
     pub(super) evals: Vec<Eval>,
     pub(super) acting: Vec<Acting>,
+    /// What timed single plans, where that was done apart from scoring.
+    pub(super) timed_with: Option<Provenance>,
     /// Solvers at equal cost.
     pub(super) samplers: Option<SamplersReport>,
     /// The names of stages and the seconds that they took.
@@ -118,10 +126,14 @@ impl Run {
                 _ => {}
             }
         }
-        let timed = folder.join("latency.json");
-        if timed.exists() {
-            let timed: LatencyReport = json(&timed)?;
-            evals.iter_mut().filter(|eval| eval.split == "test").for_each(|eval| eval.take_times(&timed));
+        let layout = Layout::new(folder.to_owned());
+        let mut timed_with = None;
+        if layout.latency().exists() {
+            let timed: LatencyReport = json(&layout.latency())?;
+            for eval in evals.iter_mut().filter(|eval| eval.split == "test") {
+                eval.take_times(&timed, &layout.checkpoint(eval.learner));
+            }
+            timed_with = Some(timed.provenance);
         }
         evals.sort_by_key(|eval| {
             (rank(eval.learner), ["test", "wide"].iter().position(|s| *s == eval.split).unwrap_or(2))
@@ -160,6 +172,7 @@ impl Run {
             config,
             evals,
             acting,
+            timed_with,
             samplers,
             stages,
             missing: Vec::new(),

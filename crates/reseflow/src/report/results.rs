@@ -34,6 +34,9 @@ pub(super) struct RunResult {
     /// Whether its scenes have two experts, so that the distance to one of them says little.
     pub(super) two_experts: bool,
     pub(super) made_with: Option<MadeWith>,
+    /// What timed single plans, where that is something else than what scored the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) timed_with: Option<MadeWith>,
     /// D̄_geo of the demonstration whose scene is most alike, on the test split.
     pub(super) nearest_demonstration: Option<ErrorResult>,
     /// Among how many demonstrations, where these are others than were learned from: shipped policies come without theirs, and
@@ -147,6 +150,7 @@ impl RunResult {
         let trivial = trivial.and_then(|eval| eval.report.trivial.as_ref());
         let among = trivial.map(|trivial| trivial.training_episodes);
         let acting = run.acting.iter();
+        let made_with = run.provenance().map(MadeWith::of);
         Self {
             name: run.name.clone(),
             task: run.task.clone(),
@@ -154,7 +158,12 @@ impl RunResult {
             demonstrations: run.demonstrations,
             training_seed: run.training_seed,
             two_experts: run.has_modes(),
-            made_with: run.provenance().map(MadeWith::of),
+            timed_with: run
+                .timed_with
+                .as_ref()
+                .map(MadeWith::of)
+                .filter(|with| made_with.as_ref() != Some(with)),
+            made_with,
             nearest_demonstration: trivial.map(|trivial| ErrorResult::of(&trivial.nearest_demonstration)),
             nearest_among: among.filter(|_| among != run.demonstrations),
             policies: run.evals.iter().map(PolicyResult::of).collect(),

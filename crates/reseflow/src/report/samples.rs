@@ -21,6 +21,7 @@ pub(super) fn run(name: &str, task: &str, demonstrations: usize, training_seed: 
         config: None,
         evals: Vec::new(),
         acting: Vec::new(),
+        timed_with: None,
         samplers: None,
         stages: Vec::new(),
         missing: Vec::new(),

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use reseflow_train::WEIGHTS;
 use serde::Deserialize;
 
 use super::gather::json;
@@ -25,7 +26,7 @@ pub(super) struct Card {
 pub(super) fn card(folder: &Path, given: &str) -> anyhow::Result<Option<Card>> {
     let Ok(policies) = find_policies(Path::new(given)) else { return Ok(None) };
     let card = policies.join("card.json");
-    let weights = |policy: &Path| fs::read(policy.join("model.safetensors")).ok();
+    let weights = |policy: &Path| fs::read(policy.join(WEIGHTS)).ok();
     let scored = weights(&folder.join("checkpoint"));
     if !card.is_file() || scored.is_none() || scored != weights(&policies.join("flow1")) {
         return Ok(None);
@@ -45,7 +46,7 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         for name in ["run/checkpoint", "door/flow1"] {
             fs::create_dir_all(path(name)).unwrap();
-            fs::write(path(name).join("model.safetensors"), "weights").unwrap();
+            fs::write(path(name).join(WEIGHTS), "weights").unwrap();
         }
         let given = path("door").display().to_string().replace('\\', "/");
         let config = format!(

@@ -111,7 +111,8 @@ fn legend(results: &Results) -> Vec<(&'static str, String)> {
         .map(|policy| format!("{} held-out scenes × {} noise seeds", policy.episodes, policy.noise_seeds));
     let made = || rows_of(results).filter_map(|run| run.made_with.as_ref());
     let commits = unique(made().filter_map(|made| made.commit.clone()));
-    let machines = unique(made().map(|made| {
+    let timing = rows_of(results).filter_map(|run| run.timed_with.as_ref().or(run.made_with.as_ref()));
+    let machines = unique(timing.map(|made| {
         format!("{}, {} threads", made.processor.as_deref().unwrap_or(&made.device), made.threads)
     }));
     let acting = rows_of(results).flat_map(|run| &run.rollouts);

@@ -93,7 +93,7 @@ fn a_run_records_and_acts_under_the_camera_of_its_configuration_and_is_done_agai
         let stages = summary["stages"].as_array().unwrap();
         stages.iter().filter(|stage| stage["skipped"] == false).count()
     };
-    assert_eq!((done(64), done(64), done(40)), (7, 0, 7));
+    assert_eq!((done(64), done(64), done(40)), (8, 0, 8));
     for split in ["train", "validation", "test"] {
         let (data, meta) = read(&bench, &format!("runs/tiny/data/{split}.npz"));
         assert_eq!((data.points(), &meta.extra["camera"]["points"]), (40, &json!(40)), "{split}");

@@ -74,7 +74,7 @@ fn actions(report: &RolloutReport) -> String {
     }
 }
 
-/// What a plan takes: timed by itself in evaluations, and in rollouts.
+/// What a plan takes: timed by itself, and in rollouts.
 pub(in super::super) fn latency(study: &Study) -> Block {
     let mut table = Table::new(
         "Wall-clock milliseconds of one plan for one scene, graph building included; encoder and decoder apart where they were timed. The \

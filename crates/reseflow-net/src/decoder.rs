@@ -69,8 +69,8 @@ pub struct DecoderConfig {
     /// Heads of the attention that points at centres; 0 leaves that attention out.
     pub pointers: usize,
     /// Whether fingers are alike: of a trajectory and the same turned by half a turn about the approach axis, a network that
-    /// answers with endpoints is then taught the one that closes along its motion, and a policy takes the one that begins nearer to the
-    /// gripper. The network itself does not change.
+    /// answers with endpoints is then taught the one that closes along its motion, and a policy takes the one that begins closing more nearly as
+    /// the gripper does. The network itself does not change.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub nearest_half_turn: bool,
     /// Whether the tokens are told where the gripper took hold of what it holds, which one frame alone does not show.

@@ -1,19 +1,25 @@
 //! The half-turn of a gripper whose fingers are alike: which of two trajectories that do the same is taught, and which is taken.
 
 use reseflow_data::{ActionChunk, gripper_half_turn};
-use reseflow_lie::{SE3, Vector3, geodesic_distance};
+use reseflow_lie::{SE3, Vector3};
 use reseflow_net::{DecoderConfig, Parameterisation};
 
 use crate::PolicySample;
 
-/// Turns `sample` by half a turn about the approach axis where it then begins nearer to the gripper, its nodes along with it.
+/// The direction in which the fingers close, in the world.
+fn closing(world_from_gripper: &SE3) -> Vector3<f64> {
+    world_from_gripper.rotation.act(&Vector3::y())
+}
+
+/// Turns `sample` by half a turn about the approach axis where its first pose then closes more nearly as the gripper does, its nodes
+/// along with it.
 ///
-/// The decision is invariant under motions of the scene. A pose exactly a quarter turn away stays as it is.
+/// What counts is how the gripper closes as seen along the first pose's approach: there an expert that works on a surface has its quarter
+/// turn. The whole angle between both is another measure where the surface is tilted. The decision is invariant under motions of the
+/// scene. A pose exactly a quarter turn away stays as it is.
 pub(crate) fn take_nearest_half_turn(sample: &mut PolicySample, world_from_gripper: &SE3) {
     let Some(first) = sample.consensus.iter().next() else { return };
-    let away = |pose: &SE3| geodesic_distance(world_from_gripper, pose).rotation_rad;
-    let pose = first.world_from_gripper;
-    if away(&(pose * gripper_half_turn())) < away(&pose) {
+    if closing(world_from_gripper).dot(&closing(&first.world_from_gripper)) < 0.0 {
         turn(&mut sample.consensus);
         sample.nodes.iter_mut().for_each(turn);
     }
@@ -36,7 +42,6 @@ const LEAST_MOTION_M: f64 = 0.002;
 /// changes smoothly with the path ahead, so that it can be learned; [`take_nearest_half_turn`] then restores the other. A trajectory
 /// that hardly moves that way, such as the rest of a path at its end, stays as it is.
 pub(crate) fn close_along_motion(chunk: &mut ActionChunk) {
-    let closing = |pose: &SE3| pose.rotation.act(&Vector3::y());
     let steps = chunk.0.windows(2).map(|pair| {
         let [from, to] = [pair[0].world_from_gripper, pair[1].world_from_gripper];
         0.5 * (closing(&from) + closing(&to)).dot(&(to.translation - from.translation))
@@ -56,7 +61,7 @@ fn turn(chunk: &mut ActionChunk) {
 mod tests {
     use super::*;
     use reseflow_data::Action;
-    use reseflow_lie::{BodyTwist, SO3, Vector3};
+    use reseflow_lie::{BodyTwist, SO3, geodesic_distance};
     use std::f64::consts::{FRAC_PI_2, PI};
 
     fn pose(angular: [f64; 3], x_m: f64) -> SE3 {
@@ -97,6 +102,24 @@ mod tests {
             take_nearest_half_turn(&mut after, &gripper);
             let first = after.consensus.0[0].world_from_gripper;
             assert!(geodesic_distance(&first, &gripper).rotation_rad < FRAC_PI_2, "it stays where it is");
+        }
+    }
+
+    #[test]
+    fn on_a_tilted_surface_the_quarter_turn_is_measured_along_the_approach() {
+        let gripper = pose([0.0; 3], 0.0);
+        let tilt = SO3::exp(&(0.7 * Vector3::new(1.0, 1.0, 0.0).normalize()));
+        // Turned about the approach and then tilted: further than a quarter turn by the whole angle, nearer by how the fingers close, and
+        // the other way round.
+        for (turn_deg, is_turned) in [(-95.0_f64, false), (85.0, true), (-80.0, false), (100.0, true)] {
+            let turned = SO3::exp(&(Vector3::z() * turn_deg.to_radians()));
+            let first = SE3::new(tilt * turned, Vector3::zeros());
+            let consensus = ActionChunk(vec![Action { world_from_gripper: first, opening: 0.3 }]);
+            let mut sample = PolicySample { consensus, nodes: Vec::new(), spread: Vec::new() };
+            take_nearest_half_turn(&mut sample, &gripper);
+            let expected = if is_turned { first * gripper_half_turn() } else { first };
+            let apart = geodesic_distance(&sample.consensus.0[0].world_from_gripper, &expected);
+            assert!(apart.d_geo() < 1e-12, "{turn_deg}°: {apart:?}");
         }
     }
 

@@ -32,9 +32,8 @@ fn a_policy_that_is_asked_to_draws_the_nearer_half_turn_and_otherwise_the_same()
     let gripper = seen[0].latest().world_from_gripper;
     let mut turned = 0;
     for (any, nearer) in drawn("any").iter().zip(&drawn("nearer")) {
-        let away = |pose: &SE3| geodesic_distance(&gripper, pose).rotation_rad;
-        let other = first(&any.consensus) * half_turn;
-        let is_turned = away(&other) < away(&first(&any.consensus));
+        let closing = |pose: &SE3| pose.rotation.act(&Vector3::y());
+        let is_turned = closing(&gripper).dot(&closing(&first(&any.consensus))) < 0.0;
         let poses = |sample: &PolicySample| -> Vec<SE3> {
             let chunks = std::iter::once(&sample.consensus).chain(&sample.nodes);
             chunks.flat_map(|chunk| chunk.iter().map(|action| action.world_from_gripper)).collect()

@@ -18,6 +18,9 @@ pub const UNIMODAL_D_GEO: f64 = 0.021;
 pub struct EvalConfig {
     /// Numbers of integration steps.
     pub steps: Vec<usize>,
+    /// Those among them that count on the other splits than `test`, as many steps take long; all of them where this is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps_elsewhere: Option<Vec<usize>>,
     /// Noise seeds, from 3407 on.
     pub seeds: usize,
     /// How flows are integrated.
@@ -62,6 +65,7 @@ impl Default for EvalConfig {
     fn default() -> Self {
         Self {
             steps: EVAL_STEPS.to_vec(),
+            steps_elsewhere: None,
             seeds: 10,
             solver: SolverChoice::default(),
             unimodal_d_geo: UNIMODAL_D_GEO,
@@ -73,6 +77,14 @@ impl Default for EvalConfig {
 }
 
 impl EvalConfig {
+    /// The numbers of integration steps on a split.
+    pub fn steps_on(&self, split: EvalSplit) -> &[usize] {
+        match (&self.steps_elsewhere, split) {
+            (Some(elsewhere), EvalSplit::Wide | EvalSplit::Turned) => elsewhere,
+            _ => &self.steps,
+        }
+    }
+
     /// Checks what the types cannot say.
     ///
     /// # Errors
@@ -90,6 +102,15 @@ impl EvalConfig {
         }
         if let Some(steps) = first_repeated(&self.steps) {
             return Err(format!("`eval.steps` holds {steps} twice, expected each number of steps once"));
+        }
+        if let Some(elsewhere) = &self.steps_elsewhere {
+            let known = elsewhere.iter().all(|steps| self.steps.contains(steps));
+            if elsewhere.is_empty() || !known || first_repeated(elsewhere).is_some() {
+                return Err(format!(
+                    "`eval.steps_elsewhere` is {elsewhere:?}, expected some of `eval.steps`, {:?}, each once",
+                    self.steps
+                ));
+            }
         }
         if self.splits.first() != Some(&EvalSplit::Test) || first_repeated(&self.splits).is_some() {
             return Err(format!(

@@ -9,7 +9,7 @@ use reseflow_train::Solver;
 use serde::{Deserialize, Serialize};
 
 use super::run::EvalInputs;
-use super::{EvalReport, Loaded, SamplePolicy, predict_first};
+use super::{EvalReport, Loaded, SamplePolicy, StepRow, predict_first};
 use crate::error::about_data;
 use crate::metrics::quantile;
 use crate::rollouts::{motion_of, move_action, move_observation};
@@ -17,7 +17,7 @@ use crate::rollouts::{motion_of, move_action, move_observation};
 /// How far answers to turned scenes are from the turned answers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TurnedScores {
-    /// For each row, in their order: the largest difference of an episode's D̄_geo from that of its twin on the test split.
+    /// For each row that the test split has as well, in their order: the largest difference of an episode's D̄_geo from that of its twin on the test split.
     pub d_geo_difference_max: Vec<f64>,
     /// The distance of single actions.
     pub equivariance: EquivarianceError,
@@ -84,7 +84,8 @@ pub fn compare_turned(
 ) -> anyhow::Result<TurnedScores> {
     let mut dataset = Dataset::read(test)?;
     dataset.episodes.truncate(on_turned.episodes);
-    let rows = on_turned.rows.iter().zip(&on_test.rows);
+    let twin = |turned: &StepRow| on_test.rows.iter().find(|test| test.steps == turned.steps);
+    let rows = on_turned.rows.iter().filter_map(|turned| Some((turned, twin(turned)?)));
     let difference = rows.map(|(turned, test)| {
         let twins = turned.scores.per_episode.iter().zip(&test.scores.per_episode);
         twins.map(|(turned, test)| (turned - test).abs()).fold(0.0, f64::max)

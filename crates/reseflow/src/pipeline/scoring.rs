@@ -15,10 +15,10 @@ use crate::output::OutputFile;
 use crate::plot::{PredictorCurve, d_geo_against_steps, per_action_error};
 
 impl Context<'_> {
-    /// What a scoring of `learner` depends on beside the policy and the data.
-    pub(super) fn eval_inputs(&self, learner: Learner) -> Value {
+    /// What a scoring of `learner` on `split` depends on beside the policy and the data.
+    pub(super) fn eval_inputs(&self, learner: Learner, split: EvalSplit) -> Value {
         let section = &self.config.eval;
-        let (steps, solver) = eval_solver(section, learner);
+        let (steps, solver) = eval_solver(section, learner, split);
         json!([
             steps,
             section.seeds,
@@ -41,7 +41,7 @@ impl Context<'_> {
     /// Scores a policy.
     pub(super) fn eval(&self, learner: Learner, split: EvalSplit) -> anyhow::Result<()> {
         let section = &self.config.eval;
-        let (steps, solver) = eval_solver(section, learner);
+        let (steps, solver) = eval_solver(section, learner, split);
         let inputs = EvalInputs {
             checkpoint: self.layout.checkpoint(learner),
             data: self.layout.data(split.name()),
@@ -102,12 +102,17 @@ impl Context<'_> {
     }
 }
 
-/// In how many steps a policy is scored, and how: the references integrate nothing, as noise levels are visited one by one and a
+/// In how many steps a policy is scored on a split, and how: the references integrate nothing, as noise levels are visited one by one and a
 /// regressor answers at once.
-pub(super) fn eval_solver(section: &EvalConfig, learner: Learner) -> (Vec<usize>, SolverChoice) {
+pub(super) fn eval_solver(
+    section: &EvalConfig,
+    learner: Learner,
+    split: EvalSplit,
+) -> (Vec<usize>, SolverChoice) {
+    let steps = section.steps_on(split).to_vec();
     match learner {
-        Learner::Flow(_) => (section.steps.clone(), section.solver),
-        Learner::Baseline => (section.steps.clone(), SolverChoice::default()),
+        Learner::Flow(_) => (steps, section.solver),
+        Learner::Baseline => (steps, SolverChoice::default()),
         Learner::Regressor => (vec![1], SolverChoice::default()),
     }
 }

@@ -90,7 +90,7 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
         for (split, data) in &splits {
             // The turned episodes are compared with those of the test split.
             let before = on_test.as_ref().filter(|_| *split == EvalSplit::Turned);
-            let inputs = json!([policy, train_data, data, before, context.eval_inputs(*learner)]);
+            let inputs = json!([policy, train_data, data, before, context.eval_inputs(*learner, *split)]);
             let (name, outputs) = (Layout::eval_name(*learner, *split), context.scores(*learner, *split));
             let hash = stage(&name, inputs, &outputs, &mut || context.eval(*learner, *split))?;
             if *split == EvalSplit::Test {
@@ -117,7 +117,7 @@ pub(super) fn run_all(context: &Context<'_>) -> anyhow::Result<Vec<StageRun>> {
     if config.eval.timed {
         let learned: Vec<_> = policies
             .iter()
-            .map(|(learner, hash)| json!([hash, eval_solver(&config.eval, *learner)]))
+            .map(|(learner, hash)| json!([hash, eval_solver(&config.eval, *learner, EvalSplit::Test)]))
             .collect();
         let inputs = json!([learned, splits[0].1, config.device]);
         let work = &mut || time_policies(config, layout, terminal).map(drop);

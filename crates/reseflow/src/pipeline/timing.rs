@@ -32,7 +32,7 @@ pub(super) fn time_policies(
     for learner in learners {
         let folder = layout.checkpoint(learner);
         let policy = LearnedPolicy::load(&folder, config.device)?;
-        let (steps, solver) = eval_solver(&config.eval, learner);
+        let (steps, solver) = eval_solver(&config.eval, learner, EvalSplit::Test);
         let timed = time_plans(&learner.shipped_name(), &folder, &policy, &data, &solver.with_each(&steps));
         report.rows.extend(timed.map_err(|fault| about_data(&path, None, fault))?);
         progress.advance();

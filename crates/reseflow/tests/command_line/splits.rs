@@ -62,8 +62,19 @@ fn every_split_is_scored_and_every_way_to_act_is_tried() {
 
     assert!(done("").1.is_empty());
     assert_eq!(done("--set rollout.baseline_steps=2").1, ["rollout-baseline"]);
-    let fewer =
-        "--set rollout.baseline_steps=2 --set rollout.variants=[\"replan\"] --set eval.splits=[\"test\"]";
+    let elsewhere = done("--set rollout.baseline_steps=2 --set eval.steps_elsewhere=[3]").1;
+    let others =
+        ["", "-baseline", "-2"].map(|who| ["wide", "turned"].map(|split| format!("eval-{split}{who}")));
+    assert_eq!(elsewhere, others.concat());
+    let wide = bench.read_json("runs/tiny/eval-wide.json");
+    assert_eq!(wide["rows"].as_array().unwrap().iter().map(|row| &row["steps"]).collect::<Vec<_>>(), [3]);
+    let turned = &bench.read_json("runs/tiny/eval-turned-2.json")["turned"];
+    assert!(turned["d_geo_difference_max"][0].as_f64().unwrap() < 1e-4, "with three steps each: {turned}");
+    let run = "run tiny.toml --set eval.steps_elsewhere";
+    bench.refuses(&format!("{run}=[2]"), &["`eval.steps_elsewhere` is [2]", "[1, 3]"]);
+    bench.refuses(&format!("{run}=[]"), &["`eval.steps_elsewhere` is []"]);
+
+    let fewer = "--set rollout.baseline_steps=2 --set eval.steps_elsewhere=[3] --set rollout.variants=[\"replan\"] --set eval.splits=[\"test\"]";
     assert!(done(fewer).1.is_empty(), "to ask for less is no reason to do anything again");
 }
 

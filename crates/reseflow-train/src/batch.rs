@@ -50,7 +50,9 @@ impl Scene {
         let episode = &data.episodes[window.episode];
         // After a shove the gripper is somewhere beside what is drawn, which a redrawn line has no place for.
         let route = if episode.disturbance.is_none() { episode.actions.as_slice() } else { &[] };
-        let augmentation = Augmentation::draw(window.step, latest, next, route, &train.augment, rng);
+        let closes_along_motion = closes_along_motion(decoder);
+        let augmentation =
+            Augmentation::draw(window.step, latest, next, route, closes_along_motion, &train.augment, rng);
         observed.iter_mut().for_each(|seen| augmentation.observation(seen));
         observed.iter_mut().for_each(|seen| drop_points(&mut seen.cloud, train.augment.drop_points, rng));
         let prior_frame = PriorFrame::of(&observed[observed.len() - 1]);
@@ -73,7 +75,7 @@ impl Scene {
             clean: ActionChunk::default(),
             weights,
             augmentation,
-            closes_along_motion: closes_along_motion(decoder),
+            closes_along_motion,
         };
         scene.clean = scene.taught(clean);
         scene

@@ -20,7 +20,8 @@ pub struct AugmentConfig {
     pub hue_shift: f64,
     /// Standard deviation of the gripper's turn about each of its axes, radian; the actions stay where they are. The gripper is moved
     /// only where an episode begins and while its fingers are to stay open, and never such that it closes across the next action,
-    /// where an expert might take the other half-turn.
+    /// where an expert might take the other half-turn; unless the half-turn that closes along the motion is taught, which is the same
+    /// wherever the gripper stands ([`reseflow_net::DecoderConfig::nearest_half_turn`]).
     pub gripper_std_rad: f64,
     /// Standard deviation of the gripper's shift along each of its axes, metres; the actions stay where they are.
     pub gripper_std_m: f64,

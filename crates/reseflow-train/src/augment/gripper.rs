@@ -14,10 +14,11 @@ const LEAST_ALONG: f64 = 0.17;
 /// Draws after which a gripper stays where it is.
 const MAX_DRAWS: usize = 16;
 
-/// A move of `gripper`, on the right of its pose, after which an expert would still go to `next` without another half-turn.
+/// A move of `gripper`, on the right of its pose, after which an expert would still go to `next` without another half-turn: any move at
+/// all where `next` is none.
 pub(super) fn gripper_move(
     gripper: &SE3,
-    next: &SE3,
+    next: Option<&SE3>,
     config: &AugmentConfig,
     rng: &mut ChaCha8Rng,
 ) -> Option<SE3> {
@@ -26,7 +27,11 @@ pub(super) fn gripper_move(
     }
     let turns = Normal::new(0.0, config.gripper_std_rad).ok()?;
     let shifts = Normal::new(0.0, config.gripper_std_m).ok()?;
-    let closing = next.rotation.act(&Vector3::y());
+    let closing = next.map(|next| next.rotation.act(&Vector3::y()));
+    let is_far_from_a_tie = |moved: &SE3| {
+        let moved_closing = (gripper.rotation * moved.rotation).act(&Vector3::y());
+        closing.is_none_or(|closing| moved_closing.dot(&closing) >= LEAST_ALONG)
+    };
     (0..MAX_DRAWS)
         .map(|_| {
             let angular = Vector3::from_fn(|_, _| turns.sample(rng));
@@ -36,7 +41,7 @@ pub(super) fn gripper_move(
             let turned = SO3::exp(&(Vector3::z() * yaw.unwrap_or_default()));
             SE3::new(turned, Vector3::zeros()) * SE3::exp(&BodyTwist::new(angular, linear))
         })
-        .find(|moved| (gripper.rotation * moved.rotation).act(&Vector3::y()).dot(&closing) >= LEAST_ALONG)
+        .find(is_far_from_a_tie)
 }
 
 #[cfg(test)]
@@ -57,7 +62,9 @@ mod tests {
         let config = AugmentConfig { gripper_yaw_rad: 1.2, ..AugmentConfig::NONE };
         let (gripper, mut yaws) = (gripper(), Vec::new());
         for seed in 0..300 {
-            let Some(moved) = gripper_move(&gripper, &gripper, &config, &mut rng(seed)) else { continue };
+            let Some(moved) = gripper_move(&gripper, Some(&gripper), &config, &mut rng(seed)) else {
+                continue;
+            };
             let turn = moved.rotation.log();
             assert!(turn.xy().norm() < 1e-12 && moved.translation.norm() < 1e-12, "{turn:?}");
             yaws.push(turn.z);
@@ -78,10 +85,27 @@ mod tests {
         let next = SE3::new(gripper.rotation * SO3::exp(&(Vector3::z() * 1.22)), gripper.translation);
         let mut nearest: f64 = 1.0;
         for seed in 0..300 {
-            let Some(moved) = gripper_move(&gripper, &next, &config, &mut rng(seed)) else { continue };
+            let Some(moved) = gripper_move(&gripper, Some(&next), &config, &mut rng(seed)) else { continue };
             let closing = (gripper * moved).rotation.act(&Vector3::y());
             nearest = nearest.min(closing.dot(&next.rotation.act(&Vector3::y())));
         }
         assert!((LEAST_ALONG..0.25).contains(&nearest), "{nearest}");
+    }
+
+    #[test]
+    fn where_both_half_turns_are_taught_alike_the_gripper_may_stand_across() {
+        let config = AugmentConfig { gripper_yaw_rad: 1.4, ..AugmentConfig::NONE };
+        // The next action is 70° away from the gripper, about the approach axis.
+        let gripper = gripper();
+        let next = SE3::new(gripper.rotation * SO3::exp(&(Vector3::z() * 1.22)), gripper.translation);
+        let closing = next.rotation.act(&Vector3::y());
+        let along: Vec<f64> = (0..300)
+            .filter_map(|seed| gripper_move(&gripper, None, &config, &mut rng(seed)))
+            .map(|moved| (gripper * moved).rotation.act(&Vector3::y()).dot(&closing))
+            .collect();
+        let across = along.iter().filter(|along| along.abs() < LEAST_ALONG).count();
+        // Draws from a range of 160°, of which 20° are near the tie: 37.5 are expected.
+        assert!(along.len() == 300 && (20..60).contains(&across), "{across} of {}", along.len());
+        assert!(along.iter().any(|&along| along < -0.8) && along.iter().any(|&along| along > 0.9));
     }
 }

@@ -48,12 +48,14 @@ pub(crate) struct Augmentation {
 
 impl Augmentation {
     /// Draws the changes of a window that starts at `step`, whose latest observation is `latest`, whose next action is `next`, and whose
-    /// episode's actions are `route`, or none where its line is not to be redrawn; what is switched off draws nothing.
+    /// episode's actions are `route`, or none where its line is not to be redrawn; what is switched off draws nothing. Where what is taught
+    /// is the same wherever the gripper stands (`is_taught_along_motion`), it is moved across the next action too.
     pub(crate) fn draw(
         step: usize,
         latest: &Observation,
         next: &Action,
         route: &[Action],
+        is_taught_along_motion: bool,
         config: &AugmentConfig,
         rng: &mut ChaCha8Rng,
     ) -> Self {
@@ -95,7 +97,8 @@ impl Augmentation {
                 (drawn.warp, drawn.warp_move) = (Some(warp), Some(follow));
             }
         }
-        drawn.gripper_move = moves.then(|| gripper_move(&gripper, &next, config, rng)).flatten();
+        let keeps_near = (!is_taught_along_motion).then_some(&next);
+        drawn.gripper_move = moves.then(|| gripper_move(&gripper, keeps_near, config, rng)).flatten();
         drawn.noise_move = drawn.gripper_move.map(|gripper_move| gripper * gripper_move * gripper.inverse());
         drawn.turn = config.scene_rotation.then(|| Turn::draw(&latest.cloud, rng)).flatten();
         drawn

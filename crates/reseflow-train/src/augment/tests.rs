@@ -53,7 +53,7 @@ fn assert_same(one: &SE3, other: &SE3) {
 fn augmentations_that_are_off_draw_and_change_nothing() {
     let (mut one, mut other) = (rng(3), rng(3));
     let before = seen();
-    let drawn = Augmentation::draw(0, &before, &next(), &[], &AugmentConfig::NONE, &mut one);
+    let drawn = Augmentation::draw(0, &before, &next(), &[], false, &AugmentConfig::NONE, &mut one);
     let (mut after, actions, noise) = changed(&drawn);
     drop_points(&mut after.cloud, 0.0, &mut one);
     assert_eq!(after, before);
@@ -69,7 +69,7 @@ fn a_moved_gripper_takes_its_noise_along_and_leaves_cloud_actions_and_noise_abou
     let next = Action { world_from_gripper: seen().world_from_gripper, opening: 1.0 };
     for seed in 0..300 {
         let before = seen();
-        let drawn = Augmentation::draw(0, &before, &next, &[], &config, &mut rng(seed));
+        let drawn = Augmentation::draw(0, &before, &next, &[], false, &config, &mut rng(seed));
         let (after, actions, noise) = changed(&drawn);
         let mut about_the_cloud = chunk(pose(1.0, [0.2; 3]));
         drawn.noise(&mut about_the_cloud, false);
@@ -98,7 +98,7 @@ fn a_gripper_that_may_hold_something_stays_where_it_is() {
     for (step, action, moves) in
         [(0, closing, true), (1, next(), true), (1, closing, false), (7, closing, false)]
     {
-        let drawn = Augmentation::draw(step, &seen(), &action, &[], &config, &mut rng(4));
+        let drawn = Augmentation::draw(step, &seen(), &action, &[], false, &config, &mut rng(4));
         assert_eq!(drawn.gripper_move.is_some(), moves, "step {step}, opening {}", action.opening);
     }
 }
@@ -107,7 +107,7 @@ fn a_gripper_that_may_hold_something_stays_where_it_is() {
 fn a_mirrored_scene_leaves_the_gripper_and_keeps_distances_between_cloud_and_actions() {
     let config = AugmentConfig { mirror_share: 1.0, ..AugmentConfig::NONE };
     let before = seen();
-    let drawn = Augmentation::draw(0, &before, &next(), &[], &config, &mut rng(1));
+    let drawn = Augmentation::draw(0, &before, &next(), &[], false, &config, &mut rng(1));
     let (mut after, mut actions) = (before.clone(), chunk(pose(2.0, [0.3; 3])));
     drawn.observation(&mut after);
     drawn.actions(&mut actions);
@@ -123,7 +123,7 @@ fn a_mirrored_scene_leaves_the_gripper_and_keeps_distances_between_cloud_and_act
 fn an_upright_mirror_shows_the_gripper_its_other_mirror_image() {
     let config = AugmentConfig { mirror_share: 1.0, mirror_upright: true, ..AugmentConfig::NONE };
     let before = seen();
-    let drawn = Augmentation::draw(0, &before, &next(), &[], &config, &mut rng(1));
+    let drawn = Augmentation::draw(0, &before, &next(), &[], false, &config, &mut rng(1));
     let (after, actions, noise) = changed(&drawn);
     let fingers = Vector3::new(1.0, -1.0, 1.0);
     let relative = |seen: &Observation, point: [f32; 3]| {
@@ -149,7 +149,7 @@ fn an_upright_mirror_shows_the_gripper_its_other_mirror_image() {
 fn a_half_turn_swaps_the_fingers_of_gripper_noise_and_actions() {
     let config = AugmentConfig { half_turn_share: 1.0, ..AugmentConfig::NONE };
     let before = seen();
-    let drawn = Augmentation::draw(0, &before, &next(), &[], &config, &mut rng(1));
+    let drawn = Augmentation::draw(0, &before, &next(), &[], false, &config, &mut rng(1));
     let (after, actions, noise) = changed(&drawn);
     assert_eq!(after.cloud, before.cloud);
     for (new, old) in [
@@ -176,7 +176,7 @@ fn a_turned_scene_takes_gripper_noise_and_actions_along_whatever_else_is_done() 
         ..AugmentConfig::NONE
     };
     let seen_by_the_gripper = |config: &AugmentConfig| {
-        let drawn = Augmentation::draw(0, &seen(), &next(), &[], config, &mut rng(6));
+        let drawn = Augmentation::draw(0, &seen(), &next(), &[], false, config, &mut rng(6));
         let (after, actions, noise) = changed(&drawn);
         let gripper_from_world = after.world_from_gripper.inverse();
         let point = |point: &[f32; 3]| gripper_from_world.act(&Vector3::from(point.map(f64::from)));
@@ -207,7 +207,7 @@ fn an_earlier_pose_goes_with_the_scene_but_not_with_the_grippers_own_move() {
     for seed in 0..20 {
         for (step, action, moves) in [(3, held, false), (0, next(), true)] {
             let before = seen();
-            let drawn = Augmentation::draw(step, &before, &action, &[], &config, &mut rng(seed));
+            let drawn = Augmentation::draw(step, &before, &action, &[], false, &config, &mut rng(seed));
             let mut after = before.clone();
             drawn.observation(&mut after);
             let earlier = drawn.earlier(before.world_from_gripper);
@@ -222,7 +222,7 @@ fn shares_are_the_chances_of_a_mirror_and_of_a_half_turn() {
     let config = AugmentConfig { mirror_share: 0.3, half_turn_share: 0.6, ..AugmentConfig::NONE };
     let mut rng = rng(5);
     let drawn: Vec<_> =
-        (0..1000).map(|_| Augmentation::draw(0, &seen(), &next(), &[], &config, &mut rng)).collect();
+        (0..1000).map(|_| Augmentation::draw(0, &seen(), &next(), &[], false, &config, &mut rng)).collect();
     let mirrored = drawn.iter().filter(|drawn| drawn.mirror.is_some()).count();
     let turned = drawn.iter().filter(|drawn| drawn.is_half_turned).count();
     // Four standard deviations are 62.

@@ -34,8 +34,10 @@ pub struct AugmentConfig {
     /// plane: they make hooks and waves of straight lines. For tasks that follow a drawn curve with the gripper closing along it.
     pub swirl_std_rad: f64,
     /// Share of windows whose drawn line runs along another curve of the same length, any smooth one that keeps clear of itself, and is
-    /// not bent. For tasks that follow a drawn curve, for a network that sees one frame and no grasp, and for noise about the gripper:
-    /// others are refused ([`crate::ModelConfig::validate_training`]). Demonstrations with shoves are never redrawn.
+    /// not bent. What is far from the line is shifted with it, and where the half-turn that closes along the motion is taught it is turned
+    /// about the line's middle as well, by any angle: it goes with the gripper, and a few demonstrations could be told by it. For tasks
+    /// that follow a drawn curve, for a network that sees one frame and no grasp, and for noise about the gripper: others are refused
+    /// ([`crate::ModelConfig::validate_training`]). Demonstrations with shoves are never redrawn.
     pub redraw_share: f64,
     /// Share of windows that are seen in a mirror: the plane across the gripper's x axis, in which it is its own mirror image.
     pub mirror_share: f64,

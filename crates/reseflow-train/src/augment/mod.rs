@@ -49,7 +49,8 @@ pub(crate) struct Augmentation {
 impl Augmentation {
     /// Draws the changes of a window that starts at `step`, whose latest observation is `latest`, whose next action is `next`, and whose
     /// episode's actions are `route`, or none where its line is not to be redrawn; what is switched off draws nothing. Where what is taught
-    /// is the same wherever the gripper stands (`is_taught_along_motion`), it is moved across the next action too.
+    /// is the same wherever the gripper stands (`is_taught_along_motion`), it is moved across the next action too, and a redrawn line
+    /// begins in any direction from it.
     pub(crate) fn draw(
         step: usize,
         latest: &Observation,
@@ -91,7 +92,9 @@ impl Augmentation {
             let mut cloud = latest.cloud.clone();
             drawn.points(&mut cloud.points);
             let route = route.iter().map(|action| reshaped(&action.world_from_gripper)).collect();
-            let recorded = Recorded { cloud: &cloud, gripper, next, route, is_under_way: !moves };
+            let is_under_way = !moves;
+            let recorded =
+                Recorded { cloud: &cloud, gripper, next, route, is_under_way, is_taught_along_motion };
             if let Some((warp, follow)) = Warp::draw(&recorded, config, rng) {
                 (gripper, next) = (follow * gripper, warp.pose(&next));
                 (drawn.warp, drawn.warp_move) = (Some(warp), Some(follow));

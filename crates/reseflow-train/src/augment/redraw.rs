@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use reseflow_lie::{SE3, SO3, Vector3};
@@ -33,7 +34,8 @@ type Place = [f64; 2];
 /// A map of the plane across an action's approach axis that takes the path of an episode's actions to another curve of the same length.
 ///
 /// What lies beside the path goes with the nearest place of it, by a rigid motion, so that widths, heights and lengths stay what they
-/// are; points further away are shifted as a whole, as the line's middle is. The new curve is smooth, keeps clear of itself, and goes
+/// are; points further away are shifted as a whole, as the line's middle is, and may be turned about it, so that nothing but the line
+/// itself says which way it runs. The new curve is smooth, keeps clear of itself, and goes
 /// through the old one's place next to the anchor in the same direction. An expert that follows a drawn line would follow the new one
 /// by the new actions.
 #[derive(Debug, Clone)]
@@ -44,12 +46,19 @@ pub(super) struct Redraw {
     new: Vec<Place>,
     /// By how much the surroundings of each place are turned.
     turn_rad: Vec<f64>,
+    /// Where everything else goes, in the plane's axes.
+    rest: SE3,
 }
 
 impl Redraw {
     /// Another line for the path through `route`, in a plane whose origin is the anchor and whose z is the approach axis; `None` where
-    /// there is no path to speak of, or no line was found.
-    pub(super) fn draw(route: &[SE3], world_from_plane: &SE3, rng: &mut ChaCha8Rng) -> Option<Self> {
+    /// there is no path to speak of, or no line was found. `turns_rest`: whether what is far from the line is turned, by any angle.
+    pub(super) fn draw(
+        route: &[SE3],
+        world_from_plane: &SE3,
+        turns_rest: bool,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Self> {
         let old = path(route, &world_from_plane.inverse());
         let lengths: Vec<f64> = old.windows(2).map(|pair| distance(pair[0], pair[1])).collect();
         let length = lengths.iter().sum::<f64>();
@@ -72,29 +81,26 @@ impl Redraw {
             (is_smooth && keeps_clear(&new, &share, length)).then_some((new, new_headings))
         })?;
         let turn_rad = new_headings.iter().zip(&headings).map(|(new, old)| new - old).collect();
-        Some(Self { world_from_plane: *world_from_plane, old, new, turn_rad })
+        let rest_turn_rad = if turns_rest { rng.random_range(-PI..PI) } else { 0.0 };
+        let rest = in_plane(middle(&new), rest_turn_rad) * in_plane(middle(&old), 0.0).inverse();
+        Some(Self { world_from_plane: *world_from_plane, old, new, turn_rad, rest })
     }
 
-    /// By how much the middle of the line has moved, in the world.
-    pub(super) fn shift(&self) -> SE3 {
-        let middle = |places: &[Place]| {
-            [0, 1].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / places.len() as f64)
-        };
-        let (old, new) = (middle(&self.old), middle(&self.new));
-        let shift = Vector3::new(new[0] - old[0], new[1] - old[1], 0.0);
-        SE3::new(SO3::identity(), self.world_from_plane.rotation.act(&shift))
+    /// Where everything goes that is far from the line, in the world.
+    pub(super) fn rest(&self) -> SE3 {
+        self.world_from_plane * self.rest * self.world_from_plane.inverse()
     }
 
     /// The redrawn scene's points.
     pub(super) fn points(&self, points: &mut [[f32; 3]]) {
         let plane_from_world = self.world_from_plane.inverse();
-        let shift = self.shift();
+        let rest = self.rest();
         for point in points {
             let world = Vector3::from(point.map(f64::from));
             let inside = plane_from_world.act(&world);
             let index = nearest(&self.old, [inside.x, inside.y]);
             let moved = if distance(self.old[index], [inside.x, inside.y]) > SURROUNDINGS_M {
-                shift.act(&world)
+                rest.act(&world)
             } else {
                 self.world_from_plane.act(&self.motion(index).act(&inside))
             };
@@ -111,12 +117,17 @@ impl Redraw {
 
     /// Where the surroundings of a place of the path go, in the plane's axes.
     fn motion(&self, index: usize) -> SE3 {
-        let at = |place: Place, turn_rad: f64| {
-            let turn = SO3::exp(&(Vector3::z() * turn_rad));
-            SE3::new(turn, Vector3::new(place[0], place[1], 0.0))
-        };
-        at(self.new[index], self.turn_rad[index]) * at(self.old[index], 0.0).inverse()
+        in_plane(self.new[index], self.turn_rad[index]) * in_plane(self.old[index], 0.0).inverse()
     }
+}
+
+/// A frame at a place, turned about the plane's normal.
+fn in_plane(place: Place, turn_rad: f64) -> SE3 {
+    SE3::new(SO3::exp(&(Vector3::z() * turn_rad)), Vector3::new(place[0], place[1], 0.0))
+}
+
+fn middle(places: &[Place]) -> Place {
+    [0, 1].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / places.len() as f64)
 }
 
 /// The places along `route` in the plane's axes.
@@ -245,7 +256,7 @@ mod tests {
     fn draws(anchor: usize) -> impl Iterator<Item = Redraw> {
         let draw = move |seed| {
             let route = route();
-            Redraw::draw(&route, &route[anchor], &mut ChaCha8Rng::seed_from_u64(seed))
+            Redraw::draw(&route, &route[anchor], false, &mut ChaCha8Rng::seed_from_u64(seed))
         };
         (0..60).filter_map(draw)
     }
@@ -362,6 +373,6 @@ mod tests {
             }
         }
         let still: Vec<SE3> = (0..5).map(|index| on_the_arc(0.0, 0.01 * f64::from(index))).collect();
-        assert!(Redraw::draw(&still, &still[0], &mut ChaCha8Rng::seed_from_u64(1)).is_none());
+        assert!(Redraw::draw(&still, &still[0], true, &mut ChaCha8Rng::seed_from_u64(1)).is_none());
     }
 }

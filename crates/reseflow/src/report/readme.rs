@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::figures::overview;
 use super::page;
-use super::results::Results;
+use super::results::{Results, RunResult};
 use super::summary;
 
 /// Where the tables stand.
@@ -20,7 +20,7 @@ struct Page {
     text: &'static str,
     results: &'static str,
     picture: &'static str,
-    /// The environment variable that names the report's `results.json` that becomes the committed one.
+    /// The environment variable that names a report's `results.json`, whose runs take the place of committed ones of the same names.
     update: &'static str,
     tables: fn(&Results) -> String,
 }
@@ -94,22 +94,25 @@ fn measured(text: &str) -> Vec<String> {
 fn readme_and_pages_show_what_the_committed_results_say() {
     for Page { text: name, results, picture: picture_name, update, tables } in PAGES {
         let (committed, path) = (root().join(results), root().join(name));
-        let source = std::env::var(update).map_or_else(|_| committed.clone(), |path| root().join(path));
-        let json = fs::read_to_string(&source).unwrap();
-        let parsed: Results = serde_json::from_str(&json).unwrap();
+        let read =
+            |path: &Path| -> Results { serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap() };
+        let mut parsed = read(&committed);
+        if let Ok(newer) = std::env::var(update) {
+            parsed.take(read(&root().join(newer)));
+        }
         let picture = overview::picture(&parsed).unwrap().unwrap();
         let text = fs::read_to_string(&path).unwrap();
         let expected =
             updated(&text, &tables(&parsed)).unwrap_or_else(|| panic!("{name} has lost its markers"));
         if std::env::var(update).is_ok() {
-            fs::write(&committed, &json).unwrap();
+            fs::write(&committed, serde_json::to_string_pretty(&parsed).unwrap() + "\n").unwrap();
             fs::write(root().join(picture_name), picture.png().unwrap()).unwrap();
             fs::write(&path, &expected).unwrap();
             continue;
         }
         let how = format!(
             "is not what {results} says: `{update}={results} cargo test -p reseflow --lib readme` makes it again, and the path of a \
-             report's results.json there takes new results"
+             report's results.json there takes its runs"
         );
         let [shown, wanted] = [&text, &expected].map(|text| split(text).unwrap()[1]);
         assert!(shown == wanted, "{name}'s table {how}\nexpected:\n{wanted}\nfound:\n{shown}");
@@ -139,6 +142,30 @@ fn figures_in_prose_are_found_and_those_in_code_are_not() {
     let text = "It comes within 0.018, solves 50 of\n50 scenes in (1.3 ms) and is 95% sure after 20 minutes.\n\
                 ```\nreseflow eval --seeds 10 --rtol 0.001\n```\nMIT or Apache 2.0, ten poses, 100 demonstrations. See issue 6.";
     assert_eq!(measured(text), ["0.018 solves", "50 of", "1.3 ms", "95% sure", "20 minutes"]);
+}
+
+#[test]
+fn newer_runs_take_the_place_of_those_of_their_names_and_the_others_stay() {
+    let run = |name: &str, demonstrations: usize| RunResult {
+        name: name.to_owned(),
+        task: "door".to_owned(),
+        variant: None,
+        demonstrations: Some(demonstrations),
+        training_seed: Some(1),
+        two_experts: false,
+        made_with: None,
+        timed_with: None,
+        nearest_demonstration: None,
+        nearest_among: None,
+        policies: Vec::new(),
+        rollouts: Vec::new(),
+    };
+    let results = |runs: &[(&str, usize)]| Results {
+        runs: runs.iter().map(|(name, count)| run(name, *count)).collect(),
+    };
+    let mut committed = results(&[("a", 1), ("b", 2), ("c", 3)]);
+    committed.take(results(&[("d", 40), ("b", 20)]));
+    assert_eq!(committed, results(&[("a", 1), ("b", 20), ("c", 3), ("d", 40)]));
 }
 
 #[test]

@@ -142,6 +142,17 @@ impl Results {
     pub(super) fn of<'a>(runs: impl Iterator<Item = &'a Run>) -> Self {
         Self { runs: runs.map(RunResult::of).collect() }
     }
+
+    /// Puts the runs of `newer` where runs of the same names stand, and the others at the end.
+    #[cfg(test)]
+    pub(super) fn take(&mut self, newer: Self) {
+        for run in newer.runs {
+            match self.runs.iter_mut().find(|old| old.name == run.name) {
+                Some(old) => *old = run,
+                None => self.runs.push(run),
+            }
+        }
+    }
 }
 
 impl RunResult {

@@ -109,8 +109,6 @@ fn legend(results: &Results) -> Vec<(&'static str, String)> {
         .flat_map(|run| run.policies.iter().filter(|policy| policy.split == "test"))
         .next()
         .map(|policy| format!("{} held-out scenes × {} noise seeds", policy.episodes, policy.noise_seeds));
-    let made = || rows_of(results).filter_map(|run| run.made_with.as_ref());
-    let commits = unique(made().filter_map(|made| made.commit.clone()));
     let timing = rows_of(results).filter_map(|run| run.timed_with.as_ref().or(run.made_with.as_ref()));
     let machines = unique(timing.map(|made| {
         format!("{}, {} threads", made.processor.as_deref().unwrap_or(&made.device), made.threads)
@@ -165,8 +163,24 @@ fn legend(results: &Results) -> Vec<(&'static str, String)> {
                  step, ET-SEED in 100.",
             ),
         ),
-        ("Commit", format!("{}.", commits.join(", "))),
+        ("Commit", format!("{}.", commits(results))),
     ]
+}
+
+/// The commit that made the rows, or, where there are several, each with its rows.
+fn commits(results: &Results) -> String {
+    let made: Vec<(String, String)> = rows_of(results)
+        .filter_map(|run| Some((run.made_with.as_ref()?.commit.clone()?, title(run))))
+        .collect();
+    let commits = unique(made.iter().map(|(commit, _)| commit.clone()));
+    if let [_] = commits.as_slice() {
+        return commits.concat();
+    }
+    let with_rows = commits.iter().map(|commit| {
+        let rows = unique(made.iter().filter(|(other, _)| other == commit).map(|(_, row)| row.clone()));
+        format!("{commit} for {}", rows.join(", "))
+    });
+    with_rows.collect::<Vec<_>>().join("; ")
 }
 
 fn unique(texts: impl Iterator<Item = String>) -> Vec<String> {

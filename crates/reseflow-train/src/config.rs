@@ -171,7 +171,7 @@ impl Default for TrainConfig {
             batch_size: 16,
             shards: 2,
             optimizer: Optimizer::default(),
-            learning_rate: 2e-3,
+            learning_rate: 4e-3,
             warmup: DEFAULT_WARMUP,
             weight_decay: 1e-4,
             clip_norm: 1.0,

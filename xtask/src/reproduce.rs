@@ -26,7 +26,7 @@ const PLAN: &str = "configs/reproduce.toml";
     cargo xtask reproduce --pretrained     no training: the policies in assets/pretrained\n  \
     cargo xtask reproduce --full --dry-run what would run")]
 pub(crate) struct Args {
-    /// Also velocities instead of endpoints, other numbers of demonstrations, two more training seeds, and the ablations
+    /// Also other numbers of demonstrations, two experts, two more training seeds, velocities instead of endpoints, and the ablations
     #[arg(long, conflicts_with = "pretrained")]
     full: bool,
     /// Train nothing: score the policies that ship with the program
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let experiments = plan.of(pipeline);
     if args.dry_run {
         for experiment in &experiments {
-            say(&format!("reseflow {}", typed(&plan.words(experiment, pipeline))));
+            say(&format!("reseflow {}", typed(&plan.words(experiment))));
         }
         for words in [timing(&plan, &experiments), report(&plan, pipeline, &experiments)] {
             say(&format!("reseflow {}", typed(&words)));
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let width = args.jobs.map_or_else(default_width, NonZeroUsize::get);
     let jobs = experiments.iter().map(|experiment| Job {
         name: experiment.name.clone(),
-        command: program.with(&plan.words(experiment, pipeline)),
+        command: program.with(&plan.words(experiment)),
         log: workspace::root().join(plan.folder(&format!("{}.log", experiment.name))),
     });
     let failed = jobs::run("reproduce", jobs.collect(), width)?;

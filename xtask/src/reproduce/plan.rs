@@ -32,9 +32,6 @@ pub(super) struct Experiment {
     when: When,
     /// Overrides of its own, after those of every run.
     set: Vec<String>,
-    /// More of them with `--full`: a run that was finished without does only what they add.
-    #[serde(default)]
-    set_full: Vec<String>,
 }
 
 /// In which pipelines an experiment runs.
@@ -53,7 +50,7 @@ enum When {
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Pipeline {
-    /// One training seed, no ablations.
+    /// The paper's benchmark: one training seed, no ablations.
     Usual,
     /// Everything that is trained.
     Full,
@@ -92,12 +89,11 @@ impl Plan {
         self.experiments.iter().filter(belongs).collect()
     }
 
-    /// What follows `reseflow` in the call that runs `experiment` in `pipeline`.
-    pub(super) fn words(&self, experiment: &Experiment, pipeline: Pipeline) -> Vec<String> {
+    /// What follows `reseflow` in the call that runs `experiment`.
+    pub(super) fn words(&self, experiment: &Experiment) -> Vec<String> {
         let mut words = vec!["run".to_owned(), experiment.config.clone()];
         let own = [format!("name={}", experiment.name), format!("output={}", self.output)];
-        let full = experiment.set_full.iter().filter(|_| pipeline == Pipeline::Full);
-        for set in own.iter().chain(&self.set).chain(&experiment.set).chain(full) {
+        for set in own.iter().chain(&self.set).chain(&experiment.set) {
             words.extend(["--set".to_owned(), set.clone()]);
         }
         words
@@ -126,7 +122,6 @@ set = ["eval.seeds=10"]
 name = "a"
 config = "configs/a.toml"
 set = ["eval.seeds=50"]
-set_full = ["regressor=true"]
 [[experiment]]
 name = "b"
 config = "configs/b.toml"
@@ -142,11 +137,9 @@ set = ["pretrained=c"]
     #[test]
     fn an_experiments_own_overrides_come_last() {
         let plan = Plan::parse(SMALL).unwrap();
-        let words = |pipeline| plan.words(plan.of(pipeline)[0], pipeline).join(" ");
         let expected =
             "run configs/a.toml --set name=a --set output=runs/r --set eval.seeds=10 --set eval.seeds=50";
-        assert_eq!(words(Pipeline::Usual), expected);
-        assert_eq!(words(Pipeline::Full), format!("{expected} --set regressor=true"));
+        assert_eq!(plan.words(plan.of(Pipeline::Usual)[0]).join(" "), expected);
     }
 
     #[test]
